@@ -1,0 +1,1 @@
+//! Eval: from checked text to the Job.

@@ -1,0 +1,646 @@
+//! The Job: what a `.polish` job says, checked, evaluated and in SI.
+//!
+//! One plain struct a record of the language, one enum a family, fields named as in the schema (a test compares both
+//! directions). Made by `eval` from text, or by hand without any text. [`Origins`] knows beside it which line said what.
+
+use crate::source::Span;
+use crate::units::si::*;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// Field path (`workpiece.error.file`) to the place in the text that said it. A list element is `robot.joints.2`.
+#[derive(Clone, Debug, Default)]
+pub struct Origins(pub BTreeMap<String, Span>);
+
+impl Origins {
+    /// The place of `field`, or of the nearest field around it, or of the job (the empty path).
+    pub fn find(&self, field: &str) -> Option<Span> {
+        let mut path = field;
+        loop {
+            if let Some(span) = self.0.get(path) {
+                return Some(*span);
+            }
+            match path.rfind('.') {
+                Some(dot) => path = &path[..dot],
+                None => return self.0.get("").copied(),
+            }
+        }
+    }
+}
+
+/// A whole job. A job without `robot` and `target` plans as far as dwell.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Job {
+    pub wavelength: Option<Length>,
+    pub workpiece: Workpiece,
+    pub tool: Tool,
+    pub path: Path,
+    pub dwell: Dwell,
+    pub robot: Option<Robot>,
+    pub target: Option<Target>,
+    pub unchecked: Option<Vec<Unchecked>>,
+}
+
+/// What this compiler does not check, said by the job.
+#[allow(non_camel_case_types, reason = "symbols are spelt as in the job")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub enum Unchecked {
+    arm,
+    cell,
+    cable,
+    fixture,
+}
+
+/// The optic. Part frame: origin at the vertex, +z out of the glass towards the tool, +x at `x_mark`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Workpiece {
+    pub part: String,
+    pub x_mark: Option<String>,
+    pub form: Form,
+    pub edge: Aperture,
+    pub clear: Aperture,
+    pub material: Material,
+    pub error: FormError,
+}
+
+#[allow(non_camel_case_types, reason = "family members are spelt as in the job")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Form {
+    plane(Plane),
+}
+
+/// z = 0.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Plane {}
+
+/// A place in the part's xy plane.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Place {
+    pub x: Length,
+    pub y: Length,
+}
+
+#[allow(non_camel_case_types, reason = "family members are spelt as in the job")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Aperture {
+    circle(Circle),
+    annulus(Annulus),
+    rectangle(Rectangle),
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Circle {
+    pub diameter: Length,
+    pub centre: Option<Place>,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Annulus {
+    pub outer_diameter: Length,
+    pub inner_diameter: Length,
+    pub centre: Option<Place>,
+}
+
+/// Sides `x` and `y` along the part axes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Rectangle {
+    pub x: Length,
+    pub y: Length,
+    pub centre: Option<Place>,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Material {
+    pub name: String,
+}
+
+#[allow(non_camel_case_types, reason = "family members are spelt as in the job")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum FormError {
+    height_map(HeightMap),
+}
+
+/// A measured map of heights, as the job describes it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct HeightMap {
+    /// Whole path, resolved by `eval`.
+    pub file: String,
+    pub quantity: Quantity,
+    pub positive: Positive,
+    pub view: View,
+    pub up: Direction,
+    pub subtract: Vec<Term>,
+    /// Side of one pixel, where the file does not say it; in a file that says it, both must agree.
+    pub pixel: Option<Length>,
+    /// The height that the value 1 means, where the file does not say it (`unit: 1 nm`).
+    pub unit: Option<Length>,
+    pub centre: MapCentre,
+    /// Holes (connected invalid pixels inside what is needed) up to this area are filled; larger ones refuse the map.
+    pub fill_below: Option<Area>,
+}
+
+#[allow(non_camel_case_types, reason = "symbols are spelt as in the job")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Quantity {
+    surface,
+    wavefront,
+}
+
+#[allow(non_camel_case_types, reason = "symbols are spelt as in the job")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Positive {
+    high,
+    low,
+}
+
+#[allow(non_camel_case_types, reason = "symbols are spelt as in the job")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum View {
+    from_tool_side,
+    from_back,
+}
+
+/// An axis direction of the part (or of the tool, where the schema says so).
+#[allow(non_camel_case_types, reason = "symbols are spelt as in the job")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Direction {
+    plus_x,
+    minus_x,
+    plus_y,
+    minus_y,
+}
+
+#[allow(non_camel_case_types, reason = "symbols are spelt as in the job")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub enum Term {
+    piston,
+    tilt,
+    power,
+}
+
+/// Where the part's (or the tool's) origin lies in the picture.
+#[allow(non_camel_case_types, reason = "family members are spelt as in the job")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum MapCentre {
+    /// The middle of the picture.
+    frame_centre(Empty),
+    /// The middle of the box around the valid pixels.
+    valid_centre(Empty),
+    /// A pixel: column from the left, row from the top of the picture as the file shows it, both from 0, centres of
+    /// pixels at whole numbers.
+    pixel_at(PixelAt),
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Empty {}
+
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PixelAt {
+    pub column: f64,
+    pub row: f64,
+}
+
+#[allow(non_camel_case_types, reason = "family members are spelt as in the job")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Tool {
+    mrf_wheel(MrfWheel),
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MrfWheel {
+    pub diameter: Length,
+    pub speed: AngularSpeed,
+    pub rotation: WheelRotation,
+    /// Between the wheel's lowest point (the TCP) and the nominal surface, along the normal.
+    pub gap: Length,
+    /// Direction of the tool's x axis on the part, from +x towards +y of the part, seen from the tool side.
+    pub azimuth: Angle,
+    pub influence: Influence,
+}
+
+/// Sense of rotation: `forward` drags the fluid along the tool's +x at the contact, `reverse` along -x.
+#[allow(non_camel_case_types, reason = "symbols are spelt as in the job")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum WheelRotation {
+    forward,
+    reverse,
+}
+
+#[allow(non_camel_case_types, reason = "family members are spelt as in the job")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Influence {
+    gaussian(Gaussian),
+    measured(Measured),
+}
+
+/// peak * exp(-r²/2σ²) for r <= diameter/2, zero outside.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Gaussian {
+    /// Removal rate at the centre: a height a time.
+    pub peak: Speed,
+    pub sigma: Length,
+    pub diameter: Length,
+}
+
+/// A measured map of the depth that one spot of known dwell removed, in the tool frame seen from the tool side.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Measured {
+    pub file: String,
+    /// Time that the spot was polished.
+    pub dwell: Time,
+    pub quantity: Quantity,
+    /// `high`: glass stands high where the value is positive, so a spot reads negative; `low`: removal reads positive.
+    pub positive: Positive,
+    pub view: View,
+    /// Axis of the *tool frame* that points up in the picture.
+    pub up: Direction,
+    pub pixel: Option<Length>,
+    pub unit: Option<Length>,
+    /// Where the tool centre point stood in the picture.
+    pub origin: Origin,
+    /// Pixels farther than this from the origin are outside the spot: they give the baseline that is taken off.
+    pub radius: Length,
+}
+
+/// Where the tool centre point stood in a spot's picture. There is no default: a wrong origin shifts all removal.
+#[allow(non_camel_case_types, reason = "family members are spelt as in the job")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Origin {
+    frame_centre(Empty),
+    /// The deepest pixel.
+    peak(Empty),
+    /// The centre of the removed volume.
+    centroid(Empty),
+    pixel_at(PixelAt),
+}
+
+#[allow(non_camel_case_types, reason = "family members are spelt as in the job")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Path {
+    raster(Raster),
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Raster {
+    pub over: Aperture,
+    pub point_step: Length,
+    pub line_pitch: Length,
+    /// Direction of the first line, from +x towards +y of the part.
+    pub direction: Angle,
+    pub lines: Lines,
+    /// What happens where the part has a hole. No default: a part with a hole needs it said.
+    pub holes: Option<Crossing>,
+}
+
+#[allow(non_camel_case_types, reason = "symbols are spelt as in the job")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Lines {
+    serpentine,
+    one_way,
+}
+
+#[allow(non_camel_case_types, reason = "family members are spelt as in the job")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Crossing {
+    cross(Cross),
+}
+
+/// The tool goes on over the hole, on the surface continued.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Cross {
+    pub process: OnOff,
+}
+
+#[allow(non_camel_case_types, reason = "symbols are spelt as in the job")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum OnOff {
+    on,
+}
+
+#[allow(non_camel_case_types, reason = "family members are spelt as in the job")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Dwell {
+    corrective(Corrective),
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Corrective {
+    /// Part of the measured error that this run is to take off, 0 to 1.
+    pub removal_fraction: f64,
+    pub piston: Piston,
+    pub feed: Range<Speed>,
+    pub acceleration: Acceleration,
+}
+
+/// Whether the solver may take off an even layer (the base) beside the error.
+#[allow(non_camel_case_types, reason = "family members are spelt as in the job")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Piston {
+    /// Free, but no more than `at_most`, if that is given.
+    free(FreePiston),
+    /// Exactly this even layer.
+    fixed(FixedPiston),
+    /// No even layer.
+    held(Empty),
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FreePiston {
+    pub at_most: Option<Length>,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FixedPiston {
+    pub depth: Length,
+}
+
+/// An arm and the cell it stands in.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Robot {
+    pub maker: String,
+    pub model: String,
+    pub arm: Arm,
+    /// Exactly six, from the base.
+    pub joints: Vec<Joint>,
+    pub payload: Mass,
+    /// Distance that every joint keeps from both ends of its range.
+    pub range_margin: Angle,
+    /// Least |axis 5|.
+    pub wrist_margin: Angle,
+    /// Least |sin| of the angle between lower and upper arm.
+    pub elbow_margin: f64,
+    /// Least distance of the wrist centre from axis 1.
+    pub shoulder_margin: Length,
+    pub cell: Option<RobotCell>,
+}
+
+#[allow(non_camel_case_types, reason = "family members are spelt as in the job")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Arm {
+    ortho_parallel(OrthoParallel),
+}
+
+/// Ortho-parallel basis with spherical wrist (Brandstötter, Angerer, Hofbaur 2014): the seven lengths, and per joint
+/// the offset and sign of `internal = sign * joint - offset`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct OrthoParallel {
+    pub a1: Length,
+    pub a2: Length,
+    pub b: Length,
+    pub c1: Length,
+    pub c2: Length,
+    pub c3: Length,
+    pub c4: Length,
+    /// Six.
+    pub offsets: Vec<Angle>,
+    /// Six, each 1 or -1.
+    pub signs: Vec<f64>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Joint {
+    pub range: Range<Angle>,
+    pub speed: AngularSpeed,
+}
+
+/// Frames, tool, signals and safe poses of one installation. No frame has a default.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RobotCell {
+    /// The robot's base in the world.
+    pub base: Frame,
+    /// The user frame (the table) in the world.
+    pub user: Frame,
+    /// The part frame in the user frame: the object frame of the programs.
+    pub object: Frame,
+    pub tcp: TcpNumbers,
+    /// Six joint angles.
+    pub home: Vec<Angle>,
+    /// Further joint poses from which a program may start.
+    pub safe_poses: Vec<Vec<Angle>>,
+    /// How near each joint must be to home or a safe pose at the start.
+    pub home_tolerance: Angle,
+    pub travel: Lifted,
+    /// Part of the arm's rated joint speeds for moves between home and the part, 0 to 1.
+    pub joint_move_speed: f64,
+    pub process: Process,
+}
+
+/// `at` and `rotation` of this frame in the frame named by the schema.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Frame {
+    pub at: Point,
+    pub rotation: Rotation,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Point {
+    pub x: Length,
+    pub y: Length,
+    pub z: Length,
+}
+
+#[allow(non_camel_case_types, reason = "family members are spelt as in the job")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Rotation {
+    no_rotation(Empty),
+    quaternion(Quaternion),
+    zyx_intrinsic(ZyxIntrinsic),
+}
+
+/// Must be of unit length to 1e-4; it is normalised.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Quaternion {
+    pub w: f64,
+    pub x: f64,
+    pub y: f64,
+    pub z: f64,
+}
+
+/// R = Rz(about_z) Ry(about_y) Rx(about_x).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ZyxIntrinsic {
+    pub about_z: Angle,
+    pub about_y: Angle,
+    pub about_x: Angle,
+}
+
+/// Tool frame in the flange frame: origin at the wheel's lowest point, +z out of the tool into the glass.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TcpNumbers {
+    pub at: Point,
+    pub rotation: Rotation,
+    pub load: Load,
+}
+
+/// What hangs on the flange. Mass and centre have no default.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Load {
+    pub mass: Mass,
+    pub centre: Point,
+    /// Moments about the centre, along the tool frame's axes.
+    pub inertia: Option<LoadInertia>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LoadInertia {
+    pub x: Inertia,
+    pub y: Inertia,
+    pub z: Inertia,
+}
+
+/// Off-part travel: lifted along the normal by `height`, at `speed`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Lifted {
+    pub height: Length,
+    pub speed: Speed,
+}
+
+/// How wheel and pump are switched.
+#[allow(non_camel_case_types, reason = "family members are spelt as in the job")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Process {
+    /// The program stops off the part; the operator switches and confirms.
+    manual(Manual),
+    /// Named signals, set and confirmed by the program off the part.
+    signals(Signals),
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Manual {
+    /// The hardware interlock that drops wheel and pump at a protective stop, as the shop calls it.
+    pub interlock: String,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Signals {
+    pub interlock: String,
+    /// Switched on in this order, off in the reverse order.
+    pub outputs: Vec<DigitalOut>,
+    /// Waited for after the outputs are on; the program stops when one does not come.
+    pub inputs: Vec<DigitalIn>,
+}
+
+#[allow(non_camel_case_types, reason = "symbols are spelt as in the job")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Level {
+    high,
+    low,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DigitalOut {
+    pub name: String,
+    pub active: Level,
+    /// Waited after switching on.
+    pub settle: Time,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DigitalIn {
+    pub name: String,
+    pub active: Level,
+    pub wait_at_most: Time,
+}
+
+#[allow(non_camel_case_types, reason = "family members are spelt as in the job")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Target {
+    rapid(Rapid),
+}
+
+/// ABB RAPID.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Rapid {
+    pub controller: Controller,
+    /// Name of the main module; chunks are named after it.
+    pub module: String,
+    pub frames: Frames,
+    /// Name of the tool data.
+    pub tool_name: String,
+    /// Name of the work object data.
+    pub object_name: String,
+    /// With `frames: on_controller`: how far the controller's frames may lie from the job's.
+    pub frame_tolerance: Length,
+    pub frame_angle_tolerance: Angle,
+    pub zone: Zone,
+}
+
+#[allow(non_camel_case_types, reason = "symbols are spelt as in the job")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Frames {
+    /// Tool and work object live on the controller; the program compares them with the job's and stops if they differ.
+    on_controller,
+    /// The program declares them.
+    in_program,
+}
+
+#[allow(non_camel_case_types, reason = "symbols are spelt as in the job")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Zone {
+    fine,
+    z0,
+    z1,
+    z5,
+}
+
+/// What a controller can take. Values marked unsourced in stdlib stay parameters here.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Controller {
+    pub name: String,
+    pub name_length: i64,
+    pub position_decimals: i64,
+    pub quaternion_decimals: i64,
+    /// Decimals of a speed in mm/s.
+    pub speed_decimals: i64,
+    /// Most points in one module.
+    pub module_points: i64,
+    /// Most bytes in one module.
+    pub module_bytes: i64,
+    /// A shorter segment is an error.
+    pub segment_time_least: Time,
+    /// A shorter segment is a warning.
+    pub segment_time_usual: Time,
+    /// Folder on the controller that the modules are loaded from.
+    pub folder: String,
+    /// Largest orientation speed while polishing, put into speeddata so that it never limits the path.
+    pub orientation_speed: AngularSpeed,
+    /// Most points of a job.
+    pub most_points: i64,
+}

@@ -1,0 +1,2 @@
+//! Syntax: text to tree. Parsing never fails; see `parse`.
+pub mod ast;

@@ -1,0 +1,2 @@
+//! Units and dimensions. See si.rs for the SI newtypes.
+pub mod si;

@@ -1,0 +1,7 @@
+//! The adapters, one file an area.
+
+use serde_json::Value;
+
+type Adapter = fn(&str, &Value, &Value, &Value) -> Option<Result<Value, String>>;
+
+pub const ADAPTERS: &[Adapter] = &[];
