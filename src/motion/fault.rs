@@ -48,10 +48,8 @@ pub(super) struct Place {
 impl Place {
     /// The place in words.
     fn words(&self) -> String {
-        // Adding zero turns -0.0 into 0.0.
-        let [x, y, z] = self.point.map(|a| a * 1e3 + 0.0);
         let line = self.line + 1;
-        let at = format!("x {x:.3} mm, y {y:.3} mm, z {z:.3} mm");
+        let at = in_millimetres(self.point);
         match self.stage {
             Stage::Line => format!("{at} (line {line})"),
             Stage::Link => format!("{at} (on the way to line {line})"),
@@ -60,6 +58,13 @@ impl Place {
             Stage::Travel => format!("{at} (lifted, on the way to line {line})"),
         }
     }
+}
+
+/// A place on the part for people.
+pub(super) fn in_millimetres(point: [f64; 3]) -> String {
+    // Rounded before it is written, and adding zero turns -0.0 into 0.0.
+    let [x, y, z] = point.map(|a| (a * 1e6).round() / 1e3 + 0.0);
+    format!("x {x:.3} mm, y {y:.3} mm, z {z:.3} mm")
 }
 
 impl Fault {

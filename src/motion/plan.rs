@@ -5,7 +5,7 @@
 use super::arm::{Branch, Joints, Solution};
 use super::cell::Station;
 use super::contact::{Azimuth, orientation, raised};
-use super::fault::{Fault, Place, Stage};
+use super::fault::{Fault, Place, Stage, in_millimetres};
 use super::follow::{Broken, Follower, Poses, Seen};
 use super::joint_move::{Column, TooNear};
 use super::runs::{Span, split};
@@ -114,9 +114,8 @@ fn check_path(timed: &TimedPath, request: &Request) -> Result<(), Problem> {
         } else {
             continue;
         };
-        let [x, y, z] = point.map(|a| a * 1e3 + 0.0);
-        let line = line_of(timed, i) + 1;
-        return bad("path", format!("the point at x {x:.3} mm, y {y:.3} mm, z {z:.3} mm (line {line}) {fault}"));
+        let (at, line) = (in_millimetres(point), line_of(timed, i) + 1);
+        return bad("path", format!("the point at {at} (line {line}) {fault}"));
     }
     Ok(())
 }
@@ -163,9 +162,9 @@ fn tool_poses(timed: &TimedPath, distance: f64, azimuth: f64) -> Result<(Vec<[f6
         })
         .collect();
     if let Some(Err((i, sine))) = found.into_iter().find(Result::is_err) {
-        let [x, y, z] = points.position(i).map(|a| a * 1e3 + 0.0);
         let message = format!(
-            "at x {x:.3} mm, y {y:.3} mm, z {z:.3} mm (line {}) the surface's normal is {:.2} deg from the direction of `azimuth`, 5.74 deg are needed",
+            "at {} (line {}) the surface's normal is {:.2} deg from the direction of `azimuth`, 5.74 deg are needed",
+            in_millimetres(points.position(i)),
             line_of(timed, i) + 1,
             libm::asin(sine.min(1.0)).to_degrees()
         );
@@ -189,10 +188,11 @@ fn line_of(timed: &TimedPath, i: usize) -> usize {
 
 /// The refusal of a joint move.
 fn too_near(near: TooNear, field: &str, what: &str) -> Problem {
-    let [x, y, z] = near.point.map(|a| a * 1e3 + 0.0);
+    let side = if near.height < 0.0 { "below" } else { "above" };
     let message = format!(
-        "the joint move {what} would bring the tool to {:.1} mm above the part's highest point, with its centre point at x {x:.1} mm, y {y:.1} mm, z {z:.1} mm; {:.1} mm are kept clear",
-        near.height * 1e3,
+        "the joint move {what} would bring the tool {:.1} mm {side} the part's highest point, with its centre point at {}; {:.1} mm above it are kept clear",
+        near.height.abs() * 1e3,
+        in_millimetres(near.point),
         near.least * 1e3
     );
     Problem::error(codes::E0811, field, message)
