@@ -1,10 +1,6 @@
 //! Kinematics: forward, inverse with all whole turns, the nearest solution, beside rs-opw-kinematics; and a whole plan of 56,700
 //! points. Prints nanoseconds a pose, the best of several rounds, and the ratio to the other solver in the same round.
-#![allow(
-    clippy::disallowed_methods,
-    clippy::print_stdout,
-    reason = "a bench reads the clock and says what it found"
-)]
+#![allow(clippy::disallowed_methods, clippy::print_stdout, reason = "a bench reads the clock and says what it found")]
 
 #[path = "../tests/common/motion.rs"]
 mod common;
@@ -35,9 +31,8 @@ fn main() {
         state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (state >> 11) as f64 / (1_u64 << 53) as f64
     };
-    let joints: Vec<[f64; 6]> = (0..POSES)
-        .map(|_| std::array::from_fn(|i| arm.lower[i] + next() * (arm.upper[i] - arm.lower[i])))
-        .collect();
+    let joints: Vec<[f64; 6]> =
+        (0..POSES).map(|_| std::array::from_fn(|i| arm.lower[i] + next() * (arm.upper[i] - arm.lower[i]))).collect();
     let poses: Vec<Transform> = joints.iter().map(|joints| arm.forward(joints)).collect();
     let theirs: Vec<Pose> = poses.iter().map(their_pose).collect();
 
@@ -49,7 +44,11 @@ fn main() {
             work();
             best[which] = best[which].min(start.elapsed().as_secs_f64() / POSES as f64 * 1e9);
         };
-        time(0, &mut || joints.iter().for_each(|joints| drop(black_box(arm.forward(black_box(joints))))));
+        time(0, &mut || {
+            for joints in &joints {
+                let _ = black_box(arm.forward(black_box(joints)));
+            }
+        });
         time(1, &mut || {
             solutions = 0;
             for pose in &poses {
@@ -64,11 +63,24 @@ fn main() {
                 black_box(arm.nearest_solution(black_box(pose), joints));
             }
         });
-        time(3, &mut || theirs.iter().for_each(|pose| drop(black_box(other.inverse(black_box(pose))))));
-        time(4, &mut || joints.iter().for_each(|joints| drop(black_box(other.try_forward(black_box(joints))))));
+        time(3, &mut || {
+            for pose in &theirs {
+                let _ = black_box(other.inverse(black_box(pose)));
+            }
+        });
+        time(4, &mut || {
+            for joints in &joints {
+                let _ = black_box(other.try_forward(black_box(joints)));
+            }
+        });
     }
     let per_pose = solutions as f64 / POSES as f64;
-    println!("forward                      {:7.0} ns   rs-opw {:7.0} ns, ratio {:.1}", best[0], best[4], best[4] / best[0]);
+    println!(
+        "forward                      {:7.0} ns   rs-opw {:7.0} ns, ratio {:.1}",
+        best[0],
+        best[4],
+        best[4] / best[0]
+    );
     println!(
         "inverse, all turns in range  {:7.0} ns   rs-opw, one turn, no ranges {:7.0} ns, ratio {:.1}   {per_pose:.1} solutions a pose",
         best[1],
