@@ -20,6 +20,7 @@ pub mod job;
 pub mod metrology;
 pub mod motion;
 pub mod path;
+pub mod report;
 pub mod source;
 pub mod syntax;
 pub mod target;
