@@ -66,4 +66,10 @@ macro_rules! codes {
 codes! {
     // syntax
     E0100
+    // workpiece
+    E0600
+    E0601
+    // tool
+    E0620
+    E0630
 }
