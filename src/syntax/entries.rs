@@ -216,6 +216,9 @@ impl<'a> Matcher<'a> {
         if lexeme.begins_line {
             self.begin_line(at);
         }
+        if self.by_indent && let Some(bracket) = self.forgotten_opener(at) {
+            self.open_forgotten(bracket, at);
+        }
         match lexeme.kind {
             LexemeKind::Open(bracket) => self.open(bracket, at),
             LexemeKind::Close(bracket) => self.close(bracket, at),
@@ -261,6 +264,9 @@ impl<'a> Matcher<'a> {
             return;
         }
         if !field && (self.goes_on_after() || self.goes_on_before(at)) {
+            return;
+        }
+        if self.by_indent && self.forgotten_opener(at).is_some() {
             return;
         }
         if lexeme.kind == LexemeKind::Open(Bracket::Curly) && self.brace_is_late(at) {
@@ -400,6 +406,78 @@ impl<'a> Matcher<'a> {
                 self.bracket_error.get_or_insert(diagnostic.help("delete it, or write the bracket that it closes"));
             }
         }
+    }
+
+    /// Whether an opening bracket was forgotten before the lexeme: a field stands where none can, deeper than the line
+    /// that it belongs to, or a closer follows on this line that only such a bracket could explain.
+    fn forgotten_opener(&self, at: usize) -> Option<Bracket> {
+        let entry = &self.frame().entry;
+        let (Some(&Part::Lexeme(first)), Some(&Part::Lexeme(last))) = (entry.parts.first(), entry.parts.last()) else {
+            return None;
+        };
+        let (lexeme, kind) = (&self.lexemes[at], self.lexemes[last].kind);
+        if self.in_round() || last + 1 != at {
+            return None;
+        }
+        let deeper = lexeme.begins_line && lexeme.indent > self.lexemes[first].indent;
+        let headed = matches!(kind, LexemeKind::Word | LexemeKind::Colon) || self.slice(last) == "with";
+        let field = headed && self.names_field(at);
+        // `require` holds no fields; a line that is one word and nothing more can only be its like.
+        let alone = first == last && kind == LexemeKind::Word && lexeme.kind == LexemeKind::Word;
+        if deeper && (field || alone) || !lexeme.begins_line && field && self.is_closed_on_line(at, Bracket::Curly) {
+            return Some(Bracket::Curly);
+        }
+        let list = kind == LexemeKind::Colon
+            && match lexeme.begins_line {
+                true => deeper && self.is_closed_below(at, self.lexemes[first].indent),
+                false => self.is_closed_on_line(at, Bracket::Square),
+            };
+        list.then_some(Bracket::Square)
+    }
+
+    /// Whether the rest of the line closes more such brackets than the line has opened, before another field begins.
+    fn is_closed_on_line(&self, at: usize, bracket: Bracket) -> bool {
+        // Longer lines are not written by hand; without a bound one endless line would be walked again and again.
+        const WALK: usize = 256;
+        let line = self.lexemes[at].line;
+        let here = |o: &&Opener| o.bracket == bracket && self.lexemes[o.lexeme].line == line;
+        let opened = self.stack.iter().filter(here).count();
+        let (mut depth, mut closed) = (0usize, 0);
+        for lexeme in self.lexemes[at..].iter().take_while(|lexeme| lexeme.line == line).take(WALK) {
+            match lexeme.kind {
+                LexemeKind::Open(_) => depth += 1,
+                LexemeKind::Close(_) if depth > 0 => depth -= 1,
+                LexemeKind::Close(closer) => closed += usize::from(closer == bracket),
+                LexemeKind::Colon if depth == 0 && closed == 0 && bracket == Bracket::Square => return false,
+                _ => {}
+            }
+        }
+        closed > opened
+    }
+
+    /// Whether the next line that is no deeper than `indent` begins with `]`.
+    fn is_closed_below(&self, at: usize, indent: u32) -> bool {
+        let next = self.lexemes[at..].iter().find(|lexeme| lexeme.begins_line && lexeme.indent <= indent);
+        next.is_some_and(|lexeme| lexeme.kind == LexemeKind::Close(Bracket::Square) && lexeme.indent == indent)
+    }
+
+    fn open_forgotten(&mut self, bracket: Bracket, at: usize) {
+        if self.stack.len() >= BRACKET_LIMIT {
+            return;
+        }
+        let before = at - 1;
+        let open = if bracket == Bracket::Square { "[" } else { "{" };
+        let gap = Span { start: self.lexemes[before].end, end: self.lexemes[before].end, file: self.file };
+        let message = format!("`{open}` is missing after `{}`", self.slice(before));
+        self.bracket_error.get_or_insert_with(|| {
+            Diagnostic::error(codes::E0118, gap, message)
+                .help(format!("write the `{open}` on the line of what it belongs to"))
+                .suggest(gap, format!(" {open}"))
+        });
+        self.stack.push(Opener { bracket, lexeme: before });
+        let start = self.lexemes[at].start;
+        self.groups.push(Group { bracket, start, end: start, entries: Vec::new() });
+        self.frames.push(Frame::new(self.groups.len() - 1, bracket));
     }
 
     /// The level of the opener that this closer closes.

@@ -226,6 +226,9 @@ impl Reader<'_> {
     fn join(&mut self, left: Operand, op: Infix, place: Span, right: Operand) -> Operand {
         let whole = left.expr.span.to(right.expr.span);
         let missing = Operand { expr: Expr { span: whole, kind: ExprKind::Missing }, top: None, last: Last::Other };
+        if left.expr.kind == ExprKind::Missing || right.expr.kind == ExprKind::Missing {
+            return missing;
+        }
         if op == Infix::Binary(BinaryOp::Divide) && self.is_doubtful_division(&left, place, &right) {
             return missing;
         }

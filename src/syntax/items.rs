@@ -48,11 +48,14 @@ impl<'a> Reader<'a> {
             match item {
                 None => {
                     // One mistake (a misspelt `job`, a missing bracket) often puts many entries outside.
-                    if !entry.damaged && !outside {
+                    // A lone number before all else is what is left of the language line.
+                    let version = i == 0 && self.writer.kind(entry.parts.first()) == Some(LexemeKind::Number);
+                    if !entry.damaged && !outside && !version {
                         self.say_outside(entry, public);
                     }
-                    outside = true;
+                    outside = !version;
                     self.use_docs_within(entry);
+                    ast.items.extend(self.nameless_item(entry));
                 }
                 Some("language") if i > 0 => {
                     outside = false;
@@ -230,6 +233,20 @@ impl<'a> Reader<'a> {
         }
     }
 
+    /// `flat_340 { … }` without its first word: most files have one such item, the job.
+    fn nameless_item(&mut self, entry: &RawEntry) -> Option<Item> {
+        let groups = self.writer.groups;
+        let text = self.word_at(entry, 0)?.to_string();
+        let (word, Part::Group(group)) = (*entry.parts.first()?, *entry.parts.get(1)?) else { return None };
+        if entry.damaged || entry.parts.len() > 2 || groups[group].bracket != Bracket::Curly {
+            return None;
+        }
+        let (start, end) = self.writer.range(word);
+        let called = Name { text, span: Span { file: self.writer.file, start, end } };
+        let kind = ItemKind::Job { name: called, body: self.block(group) };
+        Some(Item { doc: String::new(), public: false, span: self.entry_span(entry), kind })
+    }
+
     /// The entries of `{ … }` as a record.
     pub(super) fn block(&mut self, group: usize) -> Block {
         let groups = self.writer.groups;
@@ -251,10 +268,21 @@ impl<'a> Reader<'a> {
         let mut said = Vec::new();
         let written = self.writer.write(entry, true, false, &mut said);
         self.diagnostics.append(&mut said);
+        if self.writer.kind(entry.parts.first()) == Some(LexemeKind::Colon) {
+            self.say_nameless(entry);
+            self.use_docs_within(entry);
+            self.visit(entry, Context::Record);
+            return None;
+        }
         let read = self.run(entry, &written, Rule::start_entry, |reader, mut pairs| {
             let pair = pairs.next()?;
             if pair.as_rule() != Rule::field {
-                return Some(shorthand(reader.expression(&written, pair)));
+                let value = reader.expression(&written, pair);
+                if matches!(value.kind, ExprKind::Record { schema: None, .. }) {
+                    reader.say_nameless(entry);
+                    return None;
+                }
+                return Some(shorthand(value));
             }
             let mut parts = pair.into_inner();
             let called = parts.next().map(|p| name(&written, &p));
@@ -273,6 +301,17 @@ impl<'a> Reader<'a> {
             }
         };
         Some(Entry { doc, span: whole, kind })
+    }
+
+    /// `: 4 mm` or `{ … }` alone where a field is expected.
+    fn say_nameless(&mut self, entry: &RawEntry) {
+        let start = self.entry_span(entry).start;
+        let place = Span { file: self.writer.file, start, end: start + 1 };
+        if !entry.damaged {
+            self.diagnostics.push(
+                Diagnostic::error(codes::E0122, place, "this field has no name").help("write its name before it"),
+            );
+        }
     }
 
     fn valueless(&mut self, entry: &RawEntry, called: Option<&Name>, colon: Span) -> Expr {
@@ -433,9 +472,13 @@ impl<'a> Reader<'a> {
         };
         let items = "items begin with `use`, `let`, `param`, `family`, `schema` or `job`";
         let diagnostic = Diagnostic::error(codes::E0123, place, message).note(items);
-        self.diagnostics.push(match field {
-            true => diagnostic.help("put it inside `job name { … }`"),
-            false => diagnostic,
+        let headless = matches!(entry.parts.as_slice(), [Part::Lexeme(_), Part::Group(_)]);
+        self.diagnostics.push(if field {
+            diagnostic.help("put it inside `job name { … }`")
+        } else if headless {
+            diagnostic.help(format!("write `job {} {{ … }}`", self.short(part))).suggest(Span { end: start, ..place }, "job ")
+        } else {
+            diagnostic
         });
     }
 

@@ -2,8 +2,10 @@
 
 use super::ast::*;
 use super::parse;
-use crate::diagnostics::Diagnostic;
+use crate::diagnostics::{Diagnostic, Severity};
 use crate::source::FileId;
+use crate::syntax::tokens::{TokenKind, tokenize};
+use std::collections::BTreeMap;
 
 const JOB: &str = include_str!("../../tests/syntax/flat_340.polish");
 
@@ -20,27 +22,73 @@ fn show(text: &str, d: &Diagnostic) -> String {
     format!("{} {} @{}..{} `{}`", d.code, d.message, p.start, p.end, &text[p.start as usize..p.end as usize])
 }
 
-#[test]
-fn the_example_job_is_read_without_a_word() {
-    let (ast, said) = read(JOB);
-    let said: Vec<String> = said.iter().map(|d| show(JOB, d)).collect();
-    assert_eq!(said, Vec::<String>::new());
-    println!("{ast:#?}");
+/// The paths of all entries with a value, as `job.workpiece.edge.outer_diameter`, with how often each occurs.
+fn entry_paths(ast: &Ast) -> BTreeMap<String, usize> {
+    fn value(path: &str, expr: &Expr, paths: &mut BTreeMap<String, usize>) {
+        match &expr.kind {
+            ExprKind::Record { body, .. } => block(path, body, paths),
+            ExprKind::With(base, body) => {
+                value(path, base, paths);
+                block(path, body, paths);
+            }
+            ExprKind::List(elements, _) => elements.iter().for_each(|element| {
+                *paths.entry(format!("{path}[]")).or_default() += usize::from(element.kind != ExprKind::Missing);
+                value(&format!("{path}[]"), element, paths);
+            }),
+            _ => {}
+        }
+    }
+    fn block(path: &str, body: &Block, paths: &mut BTreeMap<String, usize>) {
+        for entry in &body.entries {
+            let (name, expr) = match &entry.kind {
+                EntryKind::Field { name, value } => (name.text.as_str(), value),
+                EntryKind::Expr(value) => ("", value),
+            };
+            let path = format!("{path}.{name}");
+            *paths.entry(path.clone()).or_default() += usize::from(expr.kind != ExprKind::Missing);
+            value(&path, expr, paths);
+        }
+    }
+    let mut paths = BTreeMap::new();
+    for item in &ast.items {
+        let name = match &item.kind {
+            ItemKind::Use(_) => "use",
+            ItemKind::Let { .. } | ItemKind::Param { .. } => "value",
+            ItemKind::Job { body, .. } => {
+                block("job", body, &mut paths);
+                "job"
+            }
+            _ => "other",
+        };
+        *paths.entry(name.to_string()).or_default() += 1;
+    }
+    paths
 }
 
 #[test]
-fn others() {
-    for (n, text) in [
-        ("asphere_400", include_str!("../../tests/syntax/asphere_400.polish")),
-        ("k9", include_str!("../../tests/syntax/k9_200.polish")),
-        ("sphere_200", include_str!("../../tests/syntax/sphere_200.polish")),
-        ("spot", include_str!("../../tests/syntax/spot_test.polish")),
-        ("cell", include_str!("../../tests/syntax/cell.polish")),
-        ("schemas", include_str!("../../tests/syntax/schemas.polish")),
-    ] {
-        println!("== {n}");
-        for d in read(text).1 {
-            println!("{}", show(text, &d));
+fn explore() {
+    let whole = entry_paths(&read(JOB).0);
+    let total: usize = whole.values().sum();
+    let (mut lost_total, mut n) = (0, 0);
+    let mut hist = BTreeMap::new();
+    for token in tokenize(JOB) {
+        if matches!(token.kind, TokenKind::Blank | TokenKind::Newline | TokenKind::Comment { .. } | TokenKind::Doc) {
+            continue;
+        }
+        n += 1;
+        let (a, b) = (token.start as usize, token.end as usize);
+        let text = format!("{}{}", &JOB[..a], &JOB[b..]);
+        let (ast, said) = read(&text);
+        let left = entry_paths(&ast);
+        let lost: usize = whole.iter().map(|(p, n)| n.saturating_sub(left.get(p).copied().unwrap_or(0))).sum();
+        lost_total += lost.saturating_sub(1);
+        *hist.entry(said.len()).or_insert(0) += 1;
+        if lost > 2 || said.len() > 1 {
+            println!("-- {} `{}` at {}: lost {lost}", JOB[..a].matches('\n').count() + 1, &JOB[a..b], a);
+            for d in &said {
+                println!("      {}", show(&text, d));
+            }
         }
     }
+    println!("{n} deletions, {total} entries, lost beyond one {lost_total}, {hist:?}");
 }
