@@ -66,6 +66,30 @@ macro_rules! codes {
 codes! {
     // syntax
     E0100
+    E0101
+    E0102
+    E0103
+    E0104
+    E0105
+    E0106
+    E0107
+    E0108
+    E0109
+    E0110
+    E0111
+    E0112
+    E0113
+    E0114
+    E0115
+    E0116
+    E0117
+    E0118
+    E0119
+    E0120
+    E0121
+    E0122
+    E0123
+    W0101
     // files and metrology
     E0500
     E0501
@@ -84,14 +108,16 @@ codes! {
     W0501
     W0502
     W0503
-    // workpiece
+    // workpiece, tool, path
     E0600
     E0601
-    // tool
     E0620
     E0621
     E0622
     E0623
     E0624
     E0630
+    // command line
+    E1201
+    E1202
 }
