@@ -66,11 +66,33 @@ macro_rules! codes {
 codes! {
     // syntax
     E0100
+    // files and metrology
+    E0500
+    E0501
+    E0502
+    E0503
+    E0504
+    E0505
+    E0506
+    E0507
+    E0508
+    E0509
+    E0510
+    E0511
+    E0512
+    W0500
+    W0501
+    W0502
+    W0503
     // workpiece
     E0600
     E0601
     // tool
     E0620
+    E0621
+    E0622
+    E0623
+    E0624
     E0630
     // path
     E0640

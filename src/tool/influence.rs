@@ -72,6 +72,11 @@ impl InfluenceFunction {
         })
     }
 
+    /// From a map of rates (m/s, tool frame) that ends at `radius`, with its volume rate and width.
+    pub(super) fn of_map(rates: Grid, radius: f64, volume_rate: f64, sigma_scale: f64) -> InfluenceFunction {
+        InfluenceFunction { shape: Shape::Measured(rates), radius, volume_rate, sigma_scale }
+    }
+
     /// Removal rate at `(x, y)` of the tool frame, m/s.
     pub fn rate(&self, x: f64, y: f64) -> f64 {
         if x * x + y * y > self.radius * self.radius {

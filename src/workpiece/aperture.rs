@@ -27,7 +27,17 @@ impl Aperture {
 
     /// Whether `(x, y)` lies inside. The boundary belongs to the aperture.
     pub fn contains(&self, x: f64, y: f64) -> bool {
-        self.distance(x, y) >= 0.0
+        let [cx, cy] = self.centre();
+        let (dx, dy) = (x - cx, y - cy);
+        let within = |diameter: f64| 4.0 * (dx * dx + dy * dy) <= diameter * diameter;
+        match self {
+            Aperture::circle(a) => within(a.diameter.0),
+            Aperture::annulus(a) => {
+                let inner = a.inner_diameter.0;
+                within(a.outer_diameter.0) && 4.0 * (dx * dx + dy * dy) >= inner * inner
+            }
+            Aperture::rectangle(a) => 2.0 * dx.abs() <= a.x.0 && 2.0 * dy.abs() <= a.y.0,
+        }
     }
 
     /// Distance to the nearest point of the boundary, positive inside, negative outside, metres. Exact.
