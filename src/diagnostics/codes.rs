@@ -66,4 +66,15 @@ macro_rules! codes {
 codes! {
     // syntax
     E0100
+    // target
+    E0900
+    E0901
+    E0902
+    E0903
+    E0904
+    E0905
+    E0906
+    E0907
+    E0908
+    W0906
 }
