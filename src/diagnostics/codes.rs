@@ -66,6 +66,20 @@ macro_rules! codes {
 codes! {
     // syntax
     E0100
+    // motion
+    E0800
+    E0801
+    E0802
+    E0803
+    E0804
+    E0805
+    E0806
+    E0807
+    E0808
+    E0809
+    E0810
+    E0811
+    E0812
     // target
     E0900
     E0901

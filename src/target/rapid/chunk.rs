@@ -10,7 +10,8 @@ use super::writing::{
 use crate::diagnostics::Problem;
 use crate::diagnostics::codes::E0905;
 use crate::job::Zone;
-use crate::motion::ToolPose;
+use crate::motion::configuration::confdata;
+use crate::motion::{ToolPose, Travel};
 use crate::target::ProgramFile;
 use crate::target::number::{push_fixed, push_scaled, scaled};
 
@@ -41,7 +42,6 @@ struct Constant {
 pub fn run(setup: &Setup, index: usize) -> Result<Vec<u8>, Problem> {
     let motion = setup.motion;
     let run = &motion.runs[index];
-    let (first, last) = (run.points.start, run.points.end.saturating_sub(1));
     let travel = setup.cell.travel.speed.0;
     let bad = |what: &str| {
         Problem::error(E0905, "path", format!("run {}: {what} cannot be written as a RAPID number", index + 1))
@@ -69,31 +69,34 @@ pub fn run(setup: &Setup, index: usize) -> Result<Vec<u8>, Problem> {
             motion.runs.len(),
             run.lines.start + 1,
             run.lines.end,
-            first + 1,
+            run.points.start + 1,
             run.points.end
         ),
     );
     let mut out = text.bytes;
-    let approach_confdata = motion.confdata[first];
-    let retract_confdata = motion.confdata[last];
-    let mut line = |out: &mut Vec<u8>, pose: ToolPose, confdata: [i32; 4], speed: f64, zone: &str| {
+    let [approach_confdata, retract_confdata] =
+        [run.approach_joints, run.retract_joints].map(|joints| confdata(&setup.arm, &joints));
+    let line = |out: &mut Vec<u8>, pose: ToolPose, confdata: [i32; 4], speed: f64, zone: &str| {
         move_l(setup, &constant, out, pose, confdata, speed, zone)
     };
-    // The first run comes from home, a checked joint move in a time that respects the joints' speeds. A later run comes
-    // straight over from the last retract point, because a joint move would leave the line between them; its joint move
-    // then only makes the arm's configuration certain and has no way to go.
-    let joint_speed = if index == 0 {
-        let time = setup.joint_move_time(|j| run.approach_joints[j] - motion.home[j]);
-        setup.speeddata(travel).map(|speed| {
-            let mut timed = speed.into_bytes();
-            timed.extend_from_slice(b"\\T:=");
-            push_fixed(&mut timed, time, 3).map(|()| timed)
-        })
-    } else {
-        line(&mut out, run.approach, approach_confdata, travel, "fine").ok_or_else(|| bad("the approach point"))?;
-        setup.speeddata(travel).map(|speed| Some(speed.into_bytes()))
+    // A joint move gets the time that the joints' speeds need. A straight move from the run before arrives in the planned
+    // joints: the joint move behind it only makes the arm's configuration certain and has no way to go.
+    let speed = setup.speeddata(travel).map(String::into_bytes);
+    let joint_speed = match run.travel {
+        Travel::Joint => {
+            let from = if index == 0 { motion.home } else { motion.runs[index - 1].retract_joints };
+            let time = setup.joint_move_time(|j| run.approach_joints[j] - from[j]);
+            speed.and_then(|mut speed| {
+                speed.extend_from_slice(b"\\T:=");
+                push_fixed(&mut speed, time, 3).map(|()| speed)
+            })
+        }
+        Travel::Straight => {
+            line(&mut out, run.approach, approach_confdata, travel, "fine").ok_or_else(|| bad("the approach point"))?;
+            speed
+        }
     };
-    let joint_speed = joint_speed.flatten().ok_or_else(|| bad("the approach speed"))?;
+    let joint_speed = joint_speed.ok_or_else(|| bad("the approach speed"))?;
     out.extend_from_slice(b"        MoveAbsJ ");
     push_jointtarget(&mut out, run.approach_joints, setup.decimals)
         .ok_or_else(|| bad("a joint of the approach point"))?;

@@ -11,14 +11,10 @@ use crate::diagnostics::codes::{E0903, E0905};
 use crate::job::{DigitalOut, Frames, Level, Process, Tool, Unchecked, WheelRotation};
 use crate::motion::{Purpose, ToolPose};
 use crate::target::ProgramFile;
-use crate::target::number::push_fixed;
 
 /// With `frames: on_controller`, how far the mass may differ, as a share: the two are meant to be the same number, typed
 /// with at least three digits.
 const MASS_SHARE: f64 = 1e-3;
-
-/// Decimals of masses (kg), moments of inertia (kg m²), times (s) and tolerances: well below what anybody can measure.
-const FINE_DECIMALS: usize = 6;
 
 /// The main module of the program.
 pub fn write(setup: &Setup) -> Result<ProgramFile, Vec<Problem>> {
@@ -26,19 +22,9 @@ pub fn write(setup: &Setup) -> Result<ProgramFile, Vec<Problem>> {
     let mut text = Text::default();
     text.line(0, &format!("MODULE {}", names.module));
     header(setup, &mut text);
-    data(setup, &mut text).map_err(|what| {
+    body(setup, &mut text).map_err(|what| {
         vec![Problem::error(E0905, "robot.cell", format!("{what} cannot be written as a RAPID number"))]
     })?;
-    main(setup, &mut text)
-        .ok_or_else(|| vec![Problem::error(E0905, "robot.cell", "a move from or to home has no time")])?;
-    near(setup, &mut text);
-    full_speed(setup, &mut text);
-    if setup.rapid.frames == Frames::on_controller {
-        check_frames(setup, &mut text);
-    }
-    if setup.switches_process() {
-        process(setup, &mut text);
-    }
     text.line(0, "ENDMODULE");
     let most = usize::try_from(setup.rapid.controller.module_bytes).unwrap_or(0);
     if text.bytes.len() > most {
@@ -64,11 +50,17 @@ impl Setup<'_> {
     }
 }
 
-/// A number for a comment or an instruction: fixed decimals, idle zeros left out.
-fn fixed(value: f64, decimals: usize) -> Option<String> {
-    let mut out = Vec::new();
-    push_fixed(&mut out, value, decimals)?;
-    String::from_utf8(out).ok()
+/// A mass, a moment, a time or a tolerance: the shortest text of what single precision, in which the controller stores
+/// it, makes of the number. `None` where that is no number.
+fn single(value: f64) -> Option<String> {
+    let value = value as f32;
+    match value.abs() {
+        0.0 => Some("0".into()),
+        size if !size.is_finite() => None,
+        // Beyond seven digits before or after the point an exponent is shorter than zeros.
+        size if !(1e-4..1e7).contains(&size) => Some(format!("{value:E}")),
+        _ => Some(format!("{value}")),
+    }
 }
 
 fn header(setup: &Setup, text: &mut Text) {
@@ -121,6 +113,21 @@ fn header(setup: &Setup, text: &mut Text) {
     text.comment(1, "Planned with a kinematic model, not controller-verified. Generated: edit the job, not this text.");
 }
 
+/// Everything below the header; the error names what cannot be written.
+fn body(setup: &Setup, text: &mut Text) -> Result<(), &'static str> {
+    data(setup, text)?;
+    main(setup, text)?;
+    near(setup, text)?;
+    full_speed(setup, text);
+    if setup.rapid.frames == Frames::on_controller {
+        check_frames(setup, text)?;
+    }
+    if setup.switches_process() {
+        process(setup, text)?;
+    }
+    Ok(())
+}
+
 /// Data declarations; the error names what cannot be written.
 fn data(setup: &Setup, text: &mut Text) -> Result<(), &'static str> {
     let names = &setup.names;
@@ -143,7 +150,7 @@ fn data(setup: &Setup, text: &mut Text) -> Result<(), &'static str> {
     let uframe = pose(user).ok_or("the user frame")?;
     let oframe = pose(object).ok_or("the object frame")?;
     let load = &setup.cell.tcp.load;
-    let mass = fixed(load.mass.0, FINE_DECIMALS).ok_or("the tool's mass")?;
+    let mass = single(load.mass.0).ok_or("the tool's mass")?;
     let centre = millimetres([load.centre.x.0, load.centre.y.0, load.centre.z.0]);
     let cog = list(&centre, d.position).ok_or("the tool's centre of gravity")?;
     match setup.rapid.frames {
@@ -154,7 +161,7 @@ fn data(setup: &Setup, text: &mut Text) -> Result<(), &'static str> {
                 None => ([1.0, 0.0, 0.0, 0.0], [0.0; 3]),
             };
             let axes = list(&axes, d.quaternion).ok_or("the axes of inertia")?;
-            let [x, y, z] = inertia.map(|moment| fixed(moment, FINE_DECIMALS));
+            let [x, y, z] = inertia.map(single);
             let (Some(x), Some(y), Some(z)) = (x, y, z) else { return Err("a moment of inertia") };
             text.line(1, &format!("PERS tooldata {}:=[TRUE,{tframe},", names.tool));
             text.line(2, &format!("[{mass},{cog},{axes},{x},{y},{z}]];"));
@@ -189,7 +196,7 @@ fn data(setup: &Setup, text: &mut Text) -> Result<(), &'static str> {
     Ok(())
 }
 
-fn main(setup: &Setup, text: &mut Text) -> Option<()> {
+fn main(setup: &Setup, text: &mut Text) -> Result<(), &'static str> {
     let names = &setup.names;
     let (m, tool, object) = (&names.module, &names.tool, &names.object);
     let motion = setup.motion;
@@ -227,10 +234,10 @@ fn main(setup: &Setup, text: &mut Text) -> Option<()> {
         let far = |pose: &Vec<_>| pose.get(j).map_or(0.0, |v: &crate::units::si::Angle| (v.0 - motion.home[j]).abs());
         setup.cell.home_tolerance.0 + setup.cell.safe_poses.iter().map(far).fold(0.0, f64::max)
     });
-    let travel = setup.speeddata(setup.cell.travel.speed.0)?;
-    let home = |time: f64| -> Option<String> {
-        let time = fixed(time, 3)?;
-        Some(format!("MoveAbsJ {},{travel}\\T:={time},fine,{tool}\\WObj:={object};", names.own("home")))
+    let travel = setup.speeddata(setup.cell.travel.speed.0).ok_or("the travel speed")?;
+    let home = |time: f64| -> Result<String, &'static str> {
+        let time = single(time).ok_or("the time of a move to home")?;
+        Ok(format!("MoveAbsJ {},{travel}\\T:={time},fine,{tool}\\WObj:={object};", names.own("home")))
     };
     text.line(2, &home(start)?);
     if setup.switches_process() {
@@ -254,11 +261,11 @@ fn main(setup: &Setup, text: &mut Text) -> Option<()> {
     }
     text.line(2, &format!("TPWrite \"{m}: done\";"));
     text.line(1, "ENDPROC");
-    Some(())
+    Ok(())
 }
 
-fn near(setup: &Setup, text: &mut Text) {
-    let tolerance = fixed(degrees(setup.cell.home_tolerance.0), FINE_DECIMALS).unwrap_or_default();
+fn near(setup: &Setup, text: &mut Text) -> Result<(), &'static str> {
+    let tolerance = single(degrees(setup.cell.home_tolerance.0)).ok_or("the tolerance around home")?;
     text.line(0, "");
     text.comment(1, "Whether every joint lies near that of another pose, deg.");
     text.line(1, &format!("FUNC bool {}(jointtarget found,jointtarget wanted)", setup.names.own("near")));
@@ -267,6 +274,7 @@ fn near(setup: &Setup, text: &mut Text) {
         text.line(2, &format!("{begin}Abs(found.robax.rax_{j}-wanted.robax.rax_{j})<={tolerance}{end}"));
     }
     text.line(1, "ENDFUNC");
+    Ok(())
 }
 
 fn full_speed(setup: &Setup, text: &mut Text) {
@@ -282,22 +290,23 @@ fn full_speed(setup: &Setup, text: &mut Text) {
 
 /// Compares the controller's tool and work object with the job's. Orientations are compared by the difference of the
 /// quaternions, for either sign: the cosine of a small angle is 1 in single precision.
-fn check_frames(setup: &Setup, text: &mut Text) {
+fn check_frames(setup: &Setup, text: &mut Text) -> Result<(), &'static str> {
     let names = &setup.names;
     let (tool, object) = (&names.tool, &names.object);
     let far = setup.rapid.frame_tolerance.0 * 1e3;
     // Two unit quaternions that are an angle a apart differ by a vector of length 2 sin(a/4).
     let chord = 2.0 * libm::sin(setup.rapid.frame_angle_tolerance.0 / 4.0);
     let mass = setup.cell.tcp.load.mass.0 * MASS_SHARE;
-    // Squares of small tolerances need all the digits that single precision has.
-    let number = |value: f64| format!("{value:E}");
+    let number = |value: f64| single(value).ok_or("a tolerance of the frames");
     text.line(0, "");
     text.comment(1, "Tool and work object of the controller must be those of the job.");
     text.line(1, &format!("PROC {}()", names.own("check_frames")));
     text.line(2, "VAR bool differs:=FALSE;");
     text.line(
         2,
-        &format!("IF NOT {tool}.robhold OR {object}.robhold OR NOT {object}.ufprog OR {object}.ufmec<>\"\" THEN"),
+        &format!(
+            "IF {tool}.robhold=FALSE OR {object}.robhold=TRUE OR {object}.ufprog=FALSE OR {object}.ufmec<>\"\" THEN"
+        ),
     );
     text.line(3, "TPWrite \"robhold, ufprog or ufmec differs\";");
     text.line(3, "differs:=TRUE;");
@@ -314,7 +323,7 @@ fn check_frames(setup: &Setup, text: &mut Text) {
         text.line(3, "differs:=TRUE;");
         text.line(2, "ENDIF");
     }
-    text.line(2, &format!("IF Abs({tool}.tload.mass-{})>{} THEN", names.own("mass"), number(mass)));
+    text.line(2, &format!("IF Abs({tool}.tload.mass-{})>{} THEN", names.own("mass"), number(mass)?));
     text.line(3, &format!("TPWrite \"{tool}.tload.mass differs\";"));
     text.line(3, "differs:=TRUE;");
     text.line(2, "ENDIF");
@@ -332,7 +341,7 @@ fn check_frames(setup: &Setup, text: &mut Text) {
     text.line(1, &format!("FUNC bool {}(pos found,pos wanted)", names.own("same_pos")));
     for (k, axis) in ["x", "y", "z"].iter().enumerate() {
         let begin = if k == 0 { "RETURN " } else { "    " };
-        let end = if k == 2 { format!("<={};", number(far * far)) } else { "+".into() };
+        let end = if k == 2 { format!("<={};", number(far * far)?) } else { "+".into() };
         text.line(2, &format!("{begin}(found.{axis}-wanted.{axis})*(found.{axis}-wanted.{axis}){end}"));
     }
     text.line(1, "ENDFUNC");
@@ -344,17 +353,18 @@ fn check_frames(setup: &Setup, text: &mut Text) {
         let term = |k: usize| format!("(found.rot.q{k}{sign}wanted.rot.q{k})*(found.rot.q{k}{sign}wanted.rot.q{k})");
         [1, 2, 3, 4].map(term).join("+\r\n            ")
     };
-    let limit = number(chord * chord);
+    let limit = number(chord * chord)?;
     text.line(2, &format!("IF {}>{limit} AND", squares("-")));
     text.line(3, &format!("{}>{limit} THEN", squares("+")));
     text.line(3, "RETURN FALSE;");
     text.line(2, "ENDIF");
     text.line(2, &format!("RETURN {}(found.trans,wanted.trans);", names.own("same_pos")));
     text.line(1, "ENDFUNC");
+    Ok(())
 }
 
 /// The routines that switch the process on and off.
-fn process(setup: &Setup, text: &mut Text) {
+fn process(setup: &Setup, text: &mut Text) -> Result<(), &'static str> {
     let names = &setup.names;
     let m = &names.module;
     let near_home = format!("{}(CJointT(),{})", names.own("near"), names.own("home"));
@@ -376,11 +386,14 @@ fn process(setup: &Setup, text: &mut Text) {
         Process::signals(signals) => {
             for output in &signals.outputs {
                 text.line(2, &format!("SetDO {},{};", output.name, level(output, true)));
-                text.line(2, &format!("WaitTime {};", fixed(output.settle.0, 3).unwrap_or_default()));
+                text.line(
+                    2,
+                    &format!("WaitTime {};", single(output.settle.0).ok_or("the time that an output settles")?),
+                );
             }
             for input in &signals.inputs {
                 let active = i32::from(input.active == Level::high);
-                let most = fixed(input.wait_at_most.0, 3).unwrap_or_default();
+                let most = single(input.wait_at_most.0).ok_or("the time that an input is waited for")?;
                 let late = names.own("late");
                 text.line(2, &format!("WaitDI {},{active}\\MaxTime:={most}\\TimeFlag:={late};", input.name));
                 text.line(2, &format!("IF {late} THEN"));
@@ -408,6 +421,7 @@ fn process(setup: &Setup, text: &mut Text) {
         }
     }
     text.line(1, "ENDPROC");
+    Ok(())
 }
 
 /// The value that switches an output on or off.

@@ -15,10 +15,10 @@ pub use names::Names;
 
 use crate::diagnostics::Problem;
 use crate::diagnostics::codes::{E0903, E0904, E0905, E0906, E0908, W0906};
-use crate::job::{Job, Load, Process, Rapid, Robot, RobotCell, Target};
-use crate::motion::{Checked, Motion, Purpose};
+use crate::job::{Job, Process, Rapid, Robot, RobotCell, Target};
+use crate::motion::{Arm, Checked, Motion, Purpose};
 use crate::target::number::{MOST_DECIMALS, scaled};
-use crate::target::{Draft, Program, ProgramFile, no_target};
+use crate::target::{Draft, Program, no_target};
 use rayon::prelude::*;
 use std::ops::Range;
 use writing::{Decimals, degrees, millimetres};
@@ -28,6 +28,7 @@ struct Setup<'a> {
     /// The job's name.
     name: &'a str,
     motion: &'a Motion,
+    arm: Arm,
     job: &'a Job,
     rapid: &'a Rapid,
     robot: &'a Robot,
@@ -58,7 +59,6 @@ fn emit_motion(name: &str, motion: &Motion, job: &Job) -> Result<(Draft<Program>
     let names = Names::new(rapid, motion.purpose);
     let mut problems = names.check(rapid, cell);
     problems.extend(profile(rapid, motion));
-    problems.extend(load(&cell.tcp.load));
     if let Process::signals(signals) = &cell.process {
         // RAPID's WaitDI takes a time limit above zero.
         for (i, input) in signals.inputs.iter().enumerate().filter(|(_, input)| !(input.wait_at_most.0 > 0.0)) {
@@ -77,6 +77,7 @@ fn emit_motion(name: &str, motion: &Motion, job: &Job) -> Result<(Draft<Program>
     let mut setup = Setup {
         name,
         motion,
+        arm: Arm::new(robot).map_err(|problem| vec![problem])?,
         job,
         rapid,
         robot,
@@ -134,26 +135,6 @@ fn profile(rapid: &Rapid, motion: &Motion) -> Vec<Problem> {
                 ),
             )
             .help("take a longer `path.point_step` or `path.line_pitch`, or raise `most_points`"),
-        );
-    }
-    problems
-}
-
-/// The load on the flange as RAPID takes it: a mass above zero, and a centre that is not exactly the flange's.
-fn load(load: &Load) -> Vec<Problem> {
-    let mut problems = Vec::new();
-    let centre = load.centre;
-    if !(load.mass.0 > 0.0) {
-        problems.push(Problem::error(E0905, "robot.cell.tcp.load.mass", "the tool has no mass").help("weigh it"));
-    }
-    if [centre.x, centre.y, centre.z].iter().all(|v| v.0 == 0.0) {
-        problems.push(
-            Problem::error(
-                E0905,
-                "robot.cell.tcp.load.centre",
-                "the tool's centre of gravity lies exactly in the flange",
-            )
-            .help("RAPID refuses a centre of 0, 0, 0: measure it, or let the controller identify the load"),
         );
     }
     problems

@@ -139,7 +139,9 @@ impl<'a> Lexer<'a> {
                 self.at += 1;
                 Ok(Token::Symbol(symbol))
             }
-            None => self.fault(format!("the character `{}` has no place in a program", char::from(byte).escape_default())),
+            None => {
+                self.fault(format!("the character `{}` has no place in a program", char::from(byte).escape_default()))
+            }
         }
     }
 
@@ -173,8 +175,8 @@ impl<'a> Lexer<'a> {
     fn number(&mut self) -> Result<f64, Fault> {
         // Powers of ten that are exact in f64: with at most 2^53 before them, one division rounds once.
         const POWERS: [f64; 23] = [
-            1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19,
-            1e20, 1e21, 1e22,
+            1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18,
+            1e19, 1e20, 1e21, 1e22,
         ];
         let start = self.at;
         let mut digits: u64 = 0;

@@ -156,6 +156,7 @@ impl<'a> Reader<'a> {
             return Ok(None);
         };
         let line = self.lexer.line();
+        self.operators = 0;
         let of_type = self.name()?.to_string();
         let name = self.name()?.to_string();
         let value = if self.take_symbol(":=")? { Some(self.expression()?) } else { None };
