@@ -195,7 +195,7 @@ impl Arm {
     /// All solutions, one a branch, joint angles in [-pi, pi), joint ranges not asked. Where the pose leaves a joint's angle open,
     /// joint 1 or joint 4 is at its offset's zero; solutions that fall together are given once.
     pub fn inverse(&self, flange: &Transform) -> Branches {
-        let mut branches = self.principal(flange, None);
+        let mut branches = self.principal(flange, None, Ranges::NotAsked);
         for solution in &mut branches.solutions[..branches.count] {
             solution.joints = solution.joints.map(wrap);
         }
@@ -204,7 +204,7 @@ impl Arm {
 
     /// All solutions inside the joint ranges with every whole turn that fits, branch by branch.
     pub fn inverse_all_turns(&self, flange: &Transform) -> AllTurns<'_> {
-        AllTurns::new(self, self.principal(flange, None))
+        AllTurns::new(self, self.principal(flange, None, Ranges::FirstThree))
     }
 
     /// The solution of one branch, each joint in the turn nearest to `previous`; where the pose leaves joint 1 or 4
@@ -225,7 +225,7 @@ impl Arm {
     /// does not watch the configuration (`ConfL\Off`) drives to. Nearest is the least sum of squared joint changes;
     /// of two equally near ones, the first in the order of [`Branch::ALL`]. The joint ranges are not asked.
     pub fn nearest_solution(&self, flange: &Transform, previous: &Joints) -> Option<Solution> {
-        let mut branches = self.principal(flange, Some(previous));
+        let mut branches = self.principal(flange, Some(previous), Ranges::NotAsked);
         let mut best: Option<(f64, Solution)> = None;
         for solution in &mut branches.solutions[..branches.count] {
             let mut square = 0.0;
@@ -302,10 +302,22 @@ impl Arm {
         self.signs[i] * (t + self.offsets[i])
     }
 
-    /// All branches, not wrapped to one turn.
-    fn principal(&self, flange: &Transform, previous: Option<&Joints>) -> Branches {
+    /// The lowest turn of an angle of joint `i` (from 0) inside its range, if one is.
+    fn lowest_turn(&self, i: usize, angle: f64) -> Option<f64> {
+        let lower = self.lower[i] - RANGE_ROUNDING;
+        // The turn nearest to the lower end, or the one above it.
+        let nearest = nearest_turn(angle, lower);
+        let lowest = if nearest < lower { nearest + TAU } else { nearest };
+        (lowest <= self.upper[i] + RANGE_ROUNDING).then_some(lowest)
+    }
+
+    /// All branches, not wrapped to one turn. When `ranges` are asked, without those whose first three joints have no turn in range: half of
+    /// the work is the wrist's.
+    fn principal(&self, flange: &Transform, previous: Option<&Joints>, ranges: Ranges) -> Branches {
         let pose = Pose::new(self, flange);
         let mut found = Branches::default();
+        let outside =
+            |i: usize, t: f64| ranges == Ranges::FirstThree && self.lowest_turn(i, self.maker(i, t)).is_none();
         for behind in [false, true] {
             let Some(shoulder) = self.shoulder(&pose, behind, previous) else { continue };
             for behind_lower_arm in [false, true] {
@@ -313,6 +325,9 @@ impl Arm {
                     continue;
                 }
                 let elbow = self.elbow(&shoulder, behind_lower_arm);
+                if outside(0, shoulder.t1) || outside(1, elbow.t2) || outside(2, elbow.t3) {
+                    continue;
+                }
                 let plus = self.wrist(&pose, &shoulder, &elbow, false, previous);
                 found.push(plus);
                 // A straight (or folded) wrist leaves joint 4 open: the other branch is the same posture.
@@ -494,6 +509,13 @@ fn whole_turns(angle: f64) -> f64 {
     (turns + if turns < 0.0 { -0.5 } else { 0.5 }) as i64 as f64
 }
 
+/// Which joint ranges the formulas ask.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Ranges {
+    NotAsked,
+    FirstThree,
+}
+
 /// A flange pose as the formulas want it: the rotation and the wrist centre.
 struct Pose {
     rotation: Matrix,
@@ -589,18 +611,12 @@ impl<'a> AllTurns<'a> {
     fn open(&mut self) {
         'branches: while let Some(solution) = self.branches.get(self.branch) {
             for i in 0..6 {
-                let (lower, upper) = (self.arm.lower[i] - RANGE_ROUNDING, self.arm.upper[i] + RANGE_ROUNDING);
-                // The turn nearest to the lower end, or the one above it.
-                let mut lowest = nearest_turn(solution.joints[i], lower);
-                if lowest < lower {
-                    lowest += TAU;
-                }
-                if lowest > upper {
+                let Some(lowest) = self.arm.lowest_turn(i, solution.joints[i]) else {
                     self.branch += 1;
                     continue 'branches;
-                }
+                };
                 self.lowest[i] = lowest;
-                self.more[i] = ((upper - lowest) * (1.0 / TAU)) as u32;
+                self.more[i] = ((self.arm.upper[i] + RANGE_ROUNDING - lowest) * (1.0 / TAU)) as u32;
             }
             self.next = Some([0; 6]);
             return;
