@@ -4,7 +4,7 @@
 use polishc::dwell::TimedPath;
 use polishc::job::Job;
 use polishc::motion::{self, Checked, Motion, Purpose, Request};
-use polishc::path::{Line, Link, Points, ToolPath};
+use polishc::path::{Line, Link, Points};
 use serde_json::{Value, json};
 
 /// The job as its structs spell it, SI numbers.
@@ -28,7 +28,7 @@ pub fn job_value() -> Value {
             }}
         },
         "tool": {"mrf_wheel": {
-            "diameter": 0.36, "speed": 60.0 * 6.0 * deg, "rotation": "forward", "gap": 0.001, "azimuth": 10.0 * deg,
+            "diameter": 0.36, "speed": 60.0 * 6.0 * deg, "rotation": "forward", "gap": 0.001, "azimuth": 165.0 * deg,
             "influence": {"gaussian": {"peak": 1e-8, "sigma": 0.003, "diameter": 0.02}}
         }},
         "path": {"raster": {
@@ -59,12 +59,12 @@ pub fn job_value() -> Value {
                 "object": {"at": {"x": -0.15, "y": 0.08, "z": 0.085}, "rotation": {"zyx_intrinsic": {
                     "about_z": 30.0 * deg, "about_y": 0.0, "about_x": 0.0}}},
                 "tcp": {
-                    "at": {"x": 0.18034, "y": -0.00112, "z": 0.3126},
-                    "rotation": {"zyx_intrinsic": {"about_z": 0.0, "about_y": 90.0 * deg, "about_x": 0.0}},
+                    "at": {"x": 0.20034, "y": -0.00112, "z": 0.3126},
+                    "rotation": {"zyx_intrinsic": {"about_z": 0.0, "about_y": 45.0 * deg, "about_x": 0.0}},
                     "load": {"mass": 42.0, "centre": {"x": 0.005, "y": 0.0, "z": 0.21}, "inertia": null}
                 },
-                "home": [0.0, -20.0 * deg, 30.0 * deg, 0.0, 70.0 * deg, 0.0],
-                "safe_poses": [[10.0 * deg, -20.0 * deg, 30.0 * deg, 0.0, 70.0 * deg, 0.0]],
+                "home": [0.0, -20.0 * deg, 10.0 * deg, 0.0, 55.0 * deg, 0.0],
+                "safe_poses": [[10.0 * deg, -20.0 * deg, 10.0 * deg, 0.0, 55.0 * deg, 0.0]],
                 "home_tolerance": 1.0 * deg,
                 "travel": {"height": 0.05, "speed": 0.05},
                 "joint_move_speed": 0.1,

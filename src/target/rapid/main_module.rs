@@ -79,7 +79,7 @@ fn header(setup: &Setup, text: &mut Text) {
         WheelRotation::forward => "forward (the fluid is dragged along +x of the tool at the contact)",
         WheelRotation::reverse => "reverse (the fluid is dragged along -x of the tool at the contact)",
     };
-    text.comment(1, &format!("tool: wheel turns {rotation}, {} rpm", wheel.speed.0 * 30.0 / std::f64::consts::PI));
+    text.comment(1, &format!("tool: wheel turns {rotation}, {:.3} rpm", wheel.speed.0 * 30.0 / std::f64::consts::PI));
     text.comment(1, &format!("{points} points in {} runs, {} modules", setup.motion.runs.len(), setup.chunks.len()));
     text.comment(1, &format!("digest {}", setup.digest));
     let mut base = Vec::new();

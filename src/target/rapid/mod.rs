@@ -108,8 +108,8 @@ fn profile(rapid: &Rapid, motion: &Motion) -> Vec<Problem> {
     let controller = &rapid.controller;
     let mut problems = Vec::new();
     for (field, value, from) in [
-        ("position_decimals", controller.position_decimals, 0),
-        ("quaternion_decimals", controller.quaternion_decimals, 5),
+        ("position_decimals", controller.position_decimals, 3),
+        ("quaternion_decimals", controller.quaternion_decimals, 6),
         ("speed_decimals", controller.speed_decimals, 0),
     ] {
         if !(from..=MOST_DECIMALS as i64).contains(&value) {
@@ -119,7 +119,10 @@ fn profile(rapid: &Rapid, motion: &Motion) -> Vec<Problem> {
                     format!("target.controller.{field}"),
                     format!("a program cannot have {value} decimals here; {from} to {MOST_DECIMALS} are possible"),
                 )
-                .note("with fewer than 5 decimals a quaternion is not of unit length as closely as controllers ask"),
+                .note(
+                    "rounding must leave contact points within 1 um and normals within 0.001 deg: that takes 3 decimals of a \
+                     coordinate in mm and 6 of a quaternion",
+                ),
             );
         }
     }
