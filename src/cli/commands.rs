@@ -8,6 +8,7 @@ use super::output::{self, RealFolder};
 use crate::diagnostics::codes as code;
 use crate::diagnostics::render::{self, Style};
 use crate::diagnostics::{Code, Diagnostic, Severity};
+use crate::metrology;
 use crate::motion::Purpose;
 use crate::report::{Met, ResultFile};
 use crate::session::{self, Compilation, Planned, Request, Until, Watch};
@@ -247,7 +248,7 @@ fn until_of(form: Emit) -> Until {
 fn files_of(done: &Compilation, planned: &Planned, emit: &[Emit], programs: bool) -> Vec<(String, Vec<u8>)> {
     let mut files: Vec<(String, Vec<u8>)> = Vec::new();
     for form in emit {
-        files.extend(done.emit(planned, *form as usize).into_iter());
+        files.extend(emitted(done, planned, *form));
     }
     if programs {
         if let Some(program) = &planned.program {
@@ -260,6 +261,28 @@ fn files_of(done: &Compilation, planned: &Planned, emit: &[Emit], programs: bool
         }
     }
     files
+}
+
+/// One intermediate form, if the job came so far.
+fn emitted(done: &Compilation, planned: &Planned, form: Emit) -> Option<(String, Vec<u8>)> {
+    let npy = |columns: usize, values: Vec<f64>| metrology::npy::write(columns, &values);
+    let (ending, bytes) = match form {
+        Emit::Ast => ("ast.txt", Some(done.ast().into_bytes())),
+        Emit::Job => ("job.json", serde_json::to_vec_pretty(&planned.job).ok()),
+        Emit::Path => {
+            let points = &planned.path.as_ref()?.points;
+            let rows = (0..points.len()).flat_map(|i| [points.position(i), points.normal(i)].concat());
+            ("path.npy", npy(6, rows.collect()))
+        }
+        Emit::Dwell => ("dwell.npy", npy(1, planned.dwell.as_ref()?.timed.speed.clone())),
+        Emit::Motion => ("motion.npy", npy(6, planned.motion.as_ref()?.joints.concat())),
+        Emit::Residual => {
+            let residual = &planned.dwell.as_ref()?.residual;
+            ("residual.npy", npy(residual.columns, residual.values.clone()))
+        }
+        Emit::Program => return None,
+    };
+    Some((format!("{}.{ending}", planned.name), bytes?))
 }
 
 /// Programs of an earlier build in the folder that this build does not make: its `result.json` names them.
@@ -375,25 +398,44 @@ fn programs_name(programs: &[PathBuf]) -> String {
 
 fn inspect(common: &Common, files: &[PathBuf], json: bool, unit: Option<&str>, pixel: Option<&str>) -> u8 {
     let mut status = 0;
+    let lengths = [("--unit", unit), ("--pixel", pixel)].map(|(option, text)| match text.map(length) {
+        Some(None) => {
+            eprintln!("`{option}` takes a length such as `0.5mm`, or a unit of length such as `nm`");
+            Err(WRONG_COMMAND)
+        }
+        Some(found) => Ok(found),
+        None => Ok(None),
+    });
+    let [Ok(unit), Ok(pixel)] = lengths else { return WRONG_COMMAND };
     for file in files {
         let disk = Disk::new(file, true);
         match session::inspect(&disk, &file.to_string_lossy(), unit, pixel) {
-            Ok(found) if json => say(&found.to_string()),
             Ok(found) => {
+                let found = serde_json::to_value(&found).unwrap_or_default();
+                if json {
+                    say(&found.to_string());
+                    continue;
+                }
                 say(&format!("{}", file.display()));
-                if let Some(map) = found.as_object() {
-                    for (key, value) in map {
-                        say(&format!("  {key:<16} {}", value.to_string().trim_matches('"')));
-                    }
+                for (key, value) in found.as_object().into_iter().flatten() {
+                    say(&format!("  {key:<16} {}", value.to_string().trim_matches('"')));
                 }
             }
-            Err(diagnostic) => {
-                show(common, &Sources::default(), &[diagnostic]);
+            Err(problem) => {
+                show(common, &Sources::default(), &[session::placeless(problem)]);
                 status = WRONG_INPUT;
             }
         }
     }
     status
+}
+
+/// A length of the command line in metres: `0.5mm`, `0.5 mm`, or a unit alone.
+fn length(text: &str) -> Option<f64> {
+    const UNITS: &[(&str, f64)] = &[("nm", 1e-9), ("um", 1e-6), ("µm", 1e-6), ("mm", 1e-3), ("m", 1.0)];
+    let (number, size) = UNITS.iter().find_map(|(unit, size)| Some((text.trim().strip_suffix(unit)?.trim(), size)))?;
+    let number: f64 = if number.is_empty() { 1.0 } else { number.parse().ok()? };
+    (number > 0.0 && number.is_finite()).then_some(number * size)
 }
 
 fn explain(text: &str) -> u8 {

@@ -163,6 +163,11 @@ codes! {
     E0907
     E0908
     W0906
+    // requirements
+    E1101
+    E1102
+    E1103
+    E1104
     // command line
     E1201
     E1202
