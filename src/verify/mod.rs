@@ -2,6 +2,8 @@
 //!
 //! In: the text alone, and the job's plan. Out: `Verified<Program>`, or what differs, in terms of the part.
 
+pub mod rapid;
+
 /// A proof that the text was read back and compared. Only this module can make one.
 #[derive(Clone, Debug)]
 pub struct Verified<T>(T);

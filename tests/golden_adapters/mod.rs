@@ -1,9 +1,10 @@
 //! The adapters, one file an area.
 
-use serde_json::Value;
-
+mod dwell;
 mod robots;
+
+use serde_json::Value;
 
 type Adapter = fn(&str, &Value, &Value, &Value) -> Option<Result<Value, String>>;
 
-pub const ADAPTERS: &[Adapter] = &[robots::run];
+pub const ADAPTERS: &[Adapter] = &[dwell::run, robots::run];

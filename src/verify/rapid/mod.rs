@@ -1,0 +1,3 @@
+mod lexer;
+mod reader;
+mod syntax;
