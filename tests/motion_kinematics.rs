@@ -169,9 +169,7 @@ fn a_straight_wrist_keeps_axis_4() {
             }
         }
         let nearest = arm.nearest_solution(&pose, &joints).expect("reachable");
-        for i in 0..6 {
-            assert!((nearest.joints[i] - joints[i]).abs() < 1e-8, "{nearest:?}");
-        }
+        assert!(nearest.joints.iter().zip(&joints).all(|(a, b)| (a - b).abs() < 1e-8), "{nearest:?}");
     }
 }
 

@@ -12,10 +12,11 @@ use polishc::dwell::TimedPath;
 use polishc::job::{self, Frame, Quaternion, RobotCell, Rotation};
 use polishc::motion::arm::Arm;
 use polishc::motion::contact::{Azimuth, orientation};
-use polishc::motion::frames::{FrameChain, matrix, wxyz};
+use polishc::motion::frames::{FrameChain, between, matrix, turn, wxyz};
 use polishc::motion::{Checked, Motion, Purpose, Request, Transform, Travel, plan};
 use polishc::path::Link;
 use polishc::units::si::{Angle, AngularSpeed, Length, Mass, Speed};
+use std::f64::consts::PI;
 
 const REQUEST: Request = Request {
     standoff: 1.5e-3,
@@ -83,6 +84,27 @@ fn contact_frame_on_a_slope() {
     let (sine, cosine) = 5_f64.to_radians().sin_cos();
     let near = orientation([cosine, 0.0, sine], Azimuth::new(0.0)).expect_err("too near");
     assert!((near - sine).abs() < 1e-12);
+}
+
+/// A quarter turn about z halves to an eighth, whichever of its two quaternions is given; the position halves too. A third of a turn from
+/// 0 to 0.3 rad about x is 0.1 rad.
+#[test]
+fn between_two_poses_the_turn_is_even() {
+    let pose = |x: f64, q: [f64; 4]| {
+        let rotation = nalgebra::UnitQuaternion::new_normalize(nalgebra::Quaternion::new(q[0], q[1], q[2], q[3]));
+        Transform::from_parts(Translation3::new(x, 0.0, 0.0), rotation)
+    };
+    let root = 0.5_f64.sqrt();
+    let from = pose(0.0, [1.0, 0.0, 0.0, 0.0]);
+    for sign in [1.0, -1.0] {
+        let to = pose(0.2, [sign * root, 0.0, 0.0, sign * root]);
+        assert!((turn(&from.rotation, &to.rotation) - PI / 2.0).abs() < 1e-15);
+        let half = between(&from, &to, 0.5);
+        assert!((half.translation.x - 0.1).abs() < 1e-15);
+        assert_quaternion(wxyz(&half.rotation), [(PI / 8.0).cos(), 0.0, 0.0, (PI / 8.0).sin()]);
+    }
+    let third = between(&from, &pose(0.0, [0.15_f64.cos(), 0.15_f64.sin(), 0.0, 0.0]), 1.0 / 3.0);
+    assert_quaternion(wxyz(&third.rotation), [0.05_f64.cos(), 0.05_f64.sin(), 0.0, 0.0]);
 }
 
 /// world_base * FK(joints) * tool = world_user * user_object * pose at every point, and the tool centre point stands
@@ -427,6 +449,7 @@ fn wrong_numbers_of_the_robot_are_refused() {
         (|r| r.joints.truncate(5), "E0800", "robot.joints"),
         (|r| r.joints[2].range.from = Angle(2.0), "E0800", "robot.joints.2.range"),
         (|r| r.joints[3].range.to = Angle(f64::NAN), "E0800", "robot.joints.3.range"),
+        (|r| r.joints[5].range.to = Angle(360.0), "E0800", "robot.joints.5.range"),
         (|r| r.joints[4].speed = AngularSpeed(0.0), "E0800", "robot.joints.4.speed"),
         (|r| ortho_parallel(r).signs[1] = 0.5, "E0800", "robot.arm.signs"),
         (|r| ortho_parallel(r).offsets.push(Angle(0.0)), "E0800", "robot.arm.offsets"),
@@ -488,6 +511,7 @@ fn a_path_that_is_none_is_refused() {
         |t| t.speed[2] = f64::NAN,
         |t| t.path.points.x[2] = t.path.points.x[1],
         |t| t.path.points.y[2] = f64::NAN,
+        |t| t.path.points.y[2] = 1e300,
         |t| t.path.points.normal_z[2] = 0.9,
         |t| t.path.lines[1].points.start += 1,
         |t| t.path.lines.truncate(1),

@@ -33,6 +33,10 @@ const SAME_ELBOW: f64 = 1e-7;
 /// How far the cosine of the elbow angle may pass 1 by rounding.
 const REACH_ROUNDING: f64 = 1e-12;
 
+/// Joint ranges end within two turns of zero (and the rounding of 720 degrees), as the schema of `joint` says: flange and hoses of
+/// arms of this kind turn no further, and more is degrees taken for radians.
+const MOST_TURN: f64 = 2.0 * TAU + RANGE_ROUNDING;
+
 /// Which of the up to eight solutions: three questions, as ABB's cfx asks them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Branch {
@@ -107,7 +111,7 @@ pub struct Arm {
 
 impl Arm {
     /// The arm of the job's robot. Refuses what is no arm: a count other than six, a sign that is not 1 or -1, a range with its ends
-    /// the wrong way round, a length or speed that cannot be.
+    /// the wrong way round or beyond two turns, a length or speed that cannot be.
     pub fn new(robot: &job::Robot) -> Result<Arm, Problem> {
         let job::Arm::ortho_parallel(arm) = &robot.arm;
         let bad = |field: &str, message: String| Problem::error(codes::E0800, field, message);
@@ -146,6 +150,10 @@ impl Arm {
                 let (from, to) = (lower[i].to_degrees(), upper[i].to_degrees());
                 let message = format!("the range of joint {} runs from {from:.3} deg to {to:.3} deg", i + 1);
                 return Err(bad(&format!("{field}.range"), message).help("give the smaller angle first"));
+            }
+            if lower[i] < -MOST_TURN || upper[i] > MOST_TURN {
+                let message = format!("the range of joint {} goes beyond two turns", i + 1);
+                return Err(bad(&format!("{field}.range"), message).help("check the unit of the angles"));
             }
             if !(speeds[i] > 0.0 && speeds[i].is_finite()) {
                 let message = format!("the rated speed of joint {} is {:.3} deg/s", i + 1, speeds[i].to_degrees());

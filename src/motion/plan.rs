@@ -22,6 +22,9 @@ const CHUNK: usize = 4096;
 /// How far the length of a normal may lie from 1. Normals are computed in double precision; anything more is a mistake.
 const NORMAL_TOLERANCE: f64 = 1e-9;
 
+/// No part is a kilometre wide: a coordinate beyond is a mistake in its unit, and sampling the way there would never end.
+const FARTHEST: f64 = 1e3;
+
 /// Plans the motion of one program: places the tool on every contact point, splits the lines into runs, finds for each run
 /// the configuration nearest to home in which all of it passes every check, and checks the ways between the runs.
 ///
@@ -104,6 +107,8 @@ fn check_path(timed: &TimedPath, request: &Request) -> Result<(), Problem> {
         let square: f64 = normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2];
         let fault = if point.iter().any(|x| !x.is_finite()) {
             "has a coordinate that is not finite"
+        } else if point.iter().any(|x| x.abs() > FARTHEST) {
+            "lies more than 1 km from the part's origin"
         } else if square.is_nan() || (square - 1.0).abs() > 2.0 * NORMAL_TOLERANCE {
             "has a normal that is not of unit length"
         } else if !(timed.speed[i] > 0.0 && timed.speed[i].is_finite()) {
@@ -235,7 +240,9 @@ impl Planner<'_> {
             }
         }
         let from = before.map_or(self.station.home, |before| before.retract_joints);
-        for start in self.starts(&approach, before.map(|before| before.branch)) {
+        let starts = self.starts(&approach, before.map(|before| before.branch));
+        let tried_starts = starts.len();
+        for start in starts {
             let tried = joint_move::check(self.station, &self.column, &from, &start.joints)
                 .map_err(|near| {
                     too_near(near, "robot.cell.home", &format!("to the approach of line {}", span.lines.start + 1))
@@ -249,7 +256,14 @@ impl Planner<'_> {
                 Err(problem) => first_problem = first_problem.or(Some(problem)),
             }
         }
-        Err(first_problem.unwrap_or_else(|| self.no_start(span, &approach)))
+        let problem = first_problem.unwrap_or_else(|| self.no_start(span, &approach));
+        Err(match tried_starts {
+            0 | 1 => problem,
+            count => problem.note(format!(
+                "{count} configurations and whole turns were tried above the start of line {}; this is about the first choice",
+                span.lines.start + 1
+            )),
+        })
     }
 
     /// The tool pose lifted above point `i`, in the object frame.

@@ -53,14 +53,7 @@ fn picture(valid: impl Fn(f64, f64) -> bool) -> Vec<f64> {
 }
 
 fn metropro(heights: Vec<f64>) -> Vec<u8> {
-    write_metropro(&MetroProMap {
-        columns: SIZE,
-        rows: SIZE,
-        heights,
-        pixel: 1e-3,
-        wavelength: 632.8e-9,
-        format: 1,
-    })
+    write_metropro(&MetroProMap { columns: SIZE, rows: SIZE, heights, pixel: 1e-3, wavelength: 632.8e-9, format: 1 })
 }
 
 /// Data that fixtures name.
