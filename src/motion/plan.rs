@@ -1,6 +1,7 @@
 //! The plan: a path's tool poses, runs, configurations and joints, every check passed.
 //!
-//! In: the timed path, the robot, the [`Request`]. Out: [`Checked`]`<Motion>`, or the first thing that makes it impossible.
+//! In: the timed path, the robot, the [`Request`]. Out: [`Checked`]`<Motion>`, or the first thing that makes it
+//! impossible.
 
 use super::arm::{Branch, Joints, Solution};
 use super::cell::Station;
@@ -22,14 +23,15 @@ const CHUNK: usize = 4096;
 /// How far the length of a normal may lie from 1. Normals are computed in double precision; anything more is a mistake.
 const NORMAL_TOLERANCE: f64 = 1e-9;
 
-/// No part is a kilometre wide: a coordinate beyond is a mistake in its unit, and sampling the way there would never end.
+/// No part is a kilometre wide: a coordinate beyond is a mistake in its unit, and sampling the way there would never
+/// end.
 const FARTHEST: f64 = 1e3;
 
-/// Plans the motion of one program: places the tool on every contact point, splits the lines into runs, finds for each run
-/// the configuration nearest to home in which all of it passes every check, and checks the ways between the runs.
+/// Plans the motion of one program: places the tool on every contact point, splits the lines into runs, finds for each
+/// run the configuration nearest to home in which all of it passes every check, and checks the ways between the runs.
 ///
-/// The tool centre point stands `standoff` from the surface along the normal, for a dry run `travel.height` higher. Approach and retract poses lie
-/// `travel.height` above the run's first and last tool pose.
+/// The tool centre point stands `standoff` from the surface along the normal, for a dry run `travel.height` higher.
+/// Approach and retract poses lie `travel.height` above the run's first and last tool pose.
 pub fn plan(timed: TimedPath, robot: &job::Robot, request: &Request) -> Result<Checked<Motion>, Problem> {
     let station = Station::new(robot)?;
     check_path(&timed, request)?;
@@ -194,7 +196,8 @@ fn line_of(timed: &TimedPath, i: usize) -> usize {
 fn too_near(near: TooNear, field: &str, what: &str) -> Problem {
     let side = if near.height < 0.0 { "below" } else { "above" };
     let message = format!(
-        "the joint move {what} would bring the tool {:.1} mm {side} the part's highest point, with its centre point at {}; {:.1} mm above it are kept clear",
+        "the joint move {what} would bring the tool {:.1} mm {side} the part's highest point, with its centre point at \
+         {}; {:.1} mm above it are kept clear",
         near.height.abs() * 1e3,
         in_millimetres(near.point),
         near.least * 1e3
@@ -221,8 +224,9 @@ struct Planner<'a> {
 }
 
 impl Planner<'_> {
-    /// Plans one run. The first start that passes is taken: straight on from the run before, then the solutions above the first point in
-    /// the configuration of the run before, then all others, each nearest to home first (by the time of the joint move).
+    /// Plans one run. The first start that passes is taken: straight on from the run before, then the solutions above
+    /// the first point in the configuration of the run before, then all others, each nearest to home first (by the time
+    /// of the joint move).
     fn run(&self, span: &Span, before: Option<&Run>, joints: &mut [Joints], seen: &mut Seen) -> Result<Run, Problem> {
         let approach = self.lifted(span.points.start);
         let mut first_problem = None;
@@ -260,7 +264,7 @@ impl Planner<'_> {
         Err(match tried_starts {
             0 | 1 => problem,
             count => problem.note(format!(
-                "{count} configurations and whole turns were tried above the start of line {}; this is about the first choice",
+                "{count} configurations and turns were tried above the start of line {}; this is about the first choice",
                 span.lines.start + 1
             )),
         })
