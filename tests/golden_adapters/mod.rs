@@ -1,7 +1,9 @@
 //! The adapters, one file an area.
 
+mod figures;
+
 use serde_json::Value;
 
 type Adapter = fn(&str, &Value, &Value, &Value) -> Option<Result<Value, String>>;
 
-pub const ADAPTERS: &[Adapter] = &[];
+pub const ADAPTERS: &[Adapter] = &[figures::run];
