@@ -276,11 +276,10 @@ fn a_joint_out_of_range_names_place_angle_and_range() {
     assert!(problem.message.contains("-6.000 deg .. 6.000 deg with a margin of 1.000 deg"), "{}", problem.message);
 }
 
-/// The wrist straight in the middle of one long segment, its ends well off. A wall facing the robot (normal -x): the tool is level, its
-/// flange 300 mm before the wall. With joint 2 at 0 and joint 3 at 0 the upper arm is level, the wrist centre at (1462.5, 0, 2105)
-/// mm; moving along y, the wrist is bent by joint 1, atan(y / 1462.5): 5 deg at y = 128 mm, coming from -300 mm.
-#[test]
-fn a_singularity_between_points_is_found() {
+/// A wall facing the robot (normal -x): the tool is level, its flange 300 mm before the wall. With joint 2 at 0 and joint 3 at 0 the
+/// upper arm is level and the wrist centre at (1462.5, 0, 2105) mm. One segment, from y = -300 mm to 300 mm: the wrist is bent by joint 1,
+/// atan(y / 1462.5), at both ends, and straight in the middle.
+fn across_a_straight_wrist() -> (TimedPath, job::Robot, Request) {
     let mut robot = straight_above(0.0, 0.0, 0.0);
     cell(&mut robot).home = [10.0, 0.0, 0.0, 90.0, 15.0, -90.0].map(|a: f64| Angle(a.to_radians())).to_vec();
     let mut timed = raster(1, 2, 0.6, 1.0, 0.02, Link::OnSurface);
@@ -289,12 +288,31 @@ fn a_singularity_between_points_is_found() {
         (points.y[i], points.x[i], points.z[i]) = (points.x[i], 1.4625 + 0.2 + 0.3 + 1.5e-3, 2.105);
         (points.normal_x[i], points.normal_z[i]) = (-1.0, 0.0);
     }
-    let request = Request { azimuth: 90_f64.to_radians(), tool_radius: 0.0, ..REQUEST };
+    (timed, robot, Request { azimuth: 90_f64.to_radians(), tool_radius: 0.0, ..REQUEST })
+}
+
+/// 5 degrees at y = -128 mm, coming from -300 mm.
+#[test]
+fn a_singularity_between_points_is_found() {
+    let (timed, robot, request) = across_a_straight_wrist();
     let problem = refused(timed, &robot, &request);
     assert_eq!((problem.code, problem.field.as_deref()), (codes::E0808, Some("robot.wrist_margin")), "{problem:?}");
     let y = number_after(&problem.message, ", y ");
     // The arm's tilt, some tenths of a degree there, makes it a little less than the flat calculation.
     assert!((-128.0..=-118.0).contains(&y), "{}", problem.message);
+}
+
+/// With hardly a margin the wrist passes its straight position between two samples: joint 4 turns by half a turn there.
+#[test]
+fn a_jump_through_a_singularity_is_found() {
+    let (mut timed, mut robot, request) = across_a_straight_wrist();
+    // So that no sample falls on y = 0 itself.
+    timed.path.points.y[0] = -0.301;
+    robot.wrist_margin = Angle(1e-9);
+    let problem = refused(timed, &robot, &request);
+    assert_eq!(problem.code, codes::E0810, "{problem:?}");
+    let y = number_after(&problem.message, ", y ");
+    assert!(y.abs() < 5.0, "{}", problem.message);
 }
 
 #[test]
@@ -446,13 +464,18 @@ fn quaternion(w: f64, x: f64, y: f64, z: f64) -> Rotation {
     Rotation::quaternion(Quaternion { w, x, y, z })
 }
 
-/// Four decimals are accepted and normalised: 0.7071 twice has length 0.99999.
+/// Four decimals are accepted and normalised: 30 degrees about z, of length 0.99997.
 #[test]
 fn a_rounded_quaternion_is_normalised() {
     let mut robot = irb_6700_in_cell();
-    cell(&mut robot).object.rotation = quaternion(0.7071, 0.0, 0.0, 0.7071);
+    cell(&mut robot).object.rotation = quaternion(0.9659, 0.0, 0.0, 0.2588);
     let chain = FrameChain::new(robot.cell.as_ref().expect("a cell")).expect("a rotation");
-    assert_quaternion(wxyz(&chain.user_object.rotation), [0.5_f64.sqrt(), 0.0, 0.0, 0.5_f64.sqrt()]);
+    let found = wxyz(&chain.user_object.rotation);
+    let wanted = [15_f64.to_radians().cos(), 0.0, 0.0, 15_f64.to_radians().sin()];
+    // The written digits, no more.
+    assert!(found.iter().zip(wanted).all(|(a, b)| (a - b).abs() < 1e-4), "{found:?}");
+    let length: f64 = found.iter().map(|a| a * a).sum();
+    assert!((length - 1.0).abs() < 1e-15);
 }
 
 #[test]

@@ -368,7 +368,8 @@ impl Arm {
         let k = self.upper_arm;
         let cos_elbow = (square - self.c2 * self.c2 - k * k) / (2.0 * self.c2 * k);
         // Written so that a cosine that is no number has no solution.
-        if !(cos_elbow.abs() <= 1.0 + REACH_ROUNDING) {
+        let reached = cos_elbow.abs() <= 1.0 + REACH_ROUNDING;
+        if !reached {
             return None;
         }
         let cos_elbow = cos_elbow.clamp(-1.0, 1.0);
@@ -631,8 +632,8 @@ impl Iterator for AllTurns<'_> {
     fn next(&mut self) -> Option<Solution> {
         let turns = self.next.as_mut()?;
         let mut solution = *self.branches.get(self.branch)?;
-        for i in 0..6 {
-            solution.joints[i] = self.lowest[i] + TAU * f64::from(turns[i]);
+        for ((joint, lowest), turn) in solution.joints.iter_mut().zip(&self.lowest).zip(turns.iter()) {
+            *joint = lowest + TAU * f64::from(*turn);
         }
         // Counts on, joint 6 fastest.
         for i in (0..6).rev() {

@@ -133,7 +133,8 @@ fn check_load(load: &job::Load, payload: f64) -> Result<(), Problem> {
         return Err(Problem::error(codes::E0802, "robot.cell.tcp.load.mass", message).help("weigh the tool"));
     }
     // Written so that a payload that is no number is refused.
-    if !(mass <= payload) {
+    let carried = mass <= payload;
+    if !carried {
         let message = format!("the tool's mass of {mass} kg is above the robot's payload of {payload} kg");
         return Err(Problem::error(codes::E0802, "robot.cell.tcp.load.mass", message)
             .help("check both numbers; a heavier tool needs a stronger robot"));

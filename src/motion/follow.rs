@@ -131,14 +131,17 @@ impl<'a> Follower<'a> {
         };
         let distances = solution.distances;
         // Written so that a distance that is no number is refused.
-        if !(distances.shoulder.abs() >= self.station.shoulder_margin) {
+        let clear_of_shoulder = distances.shoulder.abs() >= self.station.shoulder_margin;
+        if !clear_of_shoulder {
             return Err(Fault::Shoulder(distances.shoulder));
         }
-        if !(distances.elbow.abs() >= self.station.elbow_margin) {
+        let clear_of_elbow = distances.elbow.abs() >= self.station.elbow_margin;
+        if !clear_of_elbow {
             return Err(Fault::Elbow(distances.elbow));
         }
         let wrist = wrist_angle(&solution);
-        if !(wrist >= self.station.wrist_margin) {
+        let clear_of_wrist = wrist >= self.station.wrist_margin;
+        if !clear_of_wrist {
             return Err(Fault::Wrist(wrist));
         }
         Ok(solution)
@@ -182,14 +185,14 @@ impl<'a> Follower<'a> {
             let share = sample as f64 / samples;
             let tool = if sample as f64 == samples { *to } else { between(from, to, share) };
             let solution = self.solve(&tool, branch, &joints).map_err(|fault| Broken { fault, share })?;
-            for joint in 0..6 {
-                let step = solution.joints[joint] - joints[joint];
-                if !(step.abs() <= LARGEST_CHANGE) {
+            for (joint, (now, before)) in solution.joints.iter().zip(&joints).enumerate() {
+                let step = now - before;
+                if step.abs() > LARGEST_CHANGE {
                     return Err(Broken { fault: Fault::Jump { joint, step }, share });
                 }
                 let needed = step.abs() / seconds;
                 let part = needed / self.station.arm.speeds[joint];
-                if !(part <= 1.0) {
+                if part > 1.0 {
                     return Err(Broken { fault: Fault::Speed { joint, needed, programmed: speed }, share });
                 }
                 seen.speed_share = seen.speed_share.max(part);

@@ -101,11 +101,10 @@ fn check_path(timed: &TimedPath, request: &Request) -> Result<(), Problem> {
     }
     for i in 0..count {
         let (point, normal) = (points.position(i), points.normal(i));
-        let square = normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2];
-        // All comparisons are written so that a number that is none is refused.
+        let square: f64 = normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2];
         let fault = if point.iter().any(|x| !x.is_finite()) {
             "has a coordinate that is not finite"
-        } else if !((square - 1.0).abs() <= 2.0 * NORMAL_TOLERANCE) {
+        } else if square.is_nan() || (square - 1.0).abs() > 2.0 * NORMAL_TOLERANCE {
             "has a normal that is not of unit length"
         } else if !(timed.speed[i] > 0.0 && timed.speed[i].is_finite()) {
             "has a speed that is not above 0 mm/s"
