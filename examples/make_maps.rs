@@ -4,6 +4,8 @@
 //! a ripple of the earlier polishing, and a few bumps.
 #![allow(clippy::disallowed_methods, reason = "this program writes files, once, by hand")]
 
+use polishc::metrology::metropro::{self, Settings};
+
 fn main() {
     let flat = flat_340();
     std::fs::write("examples/flat_340/flat_340.dat", flat).expect("a writable examples folder");
@@ -25,14 +27,8 @@ fn flat_340() -> Vec<u8> {
             }
         }
     }
-    polishc::metrology::write_metropro(&polishc::metrology::MetroProMap {
-        columns: SIZE,
-        rows: SIZE,
-        heights: height,
-        pixel,
-        wavelength: 632.8e-9,
-        format: 3,
-    })
+    let settings = Settings::fizeau(pixel);
+    metropro::write(SIZE, &height, &settings).expect("heights that fit the format")
 }
 
 /// Height error in metres at a place of the part.

@@ -104,7 +104,7 @@ pub fn entries(file: FileId, text: &str, lexed: &Lexed, diagnostics: &mut Vec<Di
             groups = matcher.groups;
             groups.truncate(groups_before);
             groups[0].entries.truncate(entries_before);
-            matcher = Matcher::run(file, text, lexemes, from..to, groups, true);
+            matcher = Matcher::run(file, text, lexemes, from..to, groups, is_indented(&lexemes[from + 1..to]));
             // What an unclosed comment or text swallowed may have held the closing brackets.
             let swallowed = (lexed.cut_short && to == lexemes.len())
                 || lexemes[from..to].iter().any(|lexeme| lexeme.kind == LexemeKind::Text && lexeme.lost);
@@ -125,6 +125,14 @@ pub fn entries(file: FileId, text: &str, lexed: &Lexed, diagnostics: &mut Vec<Di
         damage_last(&mut groups);
     }
     Entries { groups }
+}
+
+/// Whether the lines after an item's first are indented, so that their indentation says something.
+fn is_indented(lexemes: &[Lexeme]) -> bool {
+    let flush = |lexeme: &Lexeme| {
+        lexeme.begins_line && lexeme.indent == 0 && !matches!(lexeme.kind, LexemeKind::Open(_) | LexemeKind::Close(_))
+    };
+    !lexemes.iter().any(flush)
 }
 
 /// The entry that an unclosed comment cut short, and those around it, say nothing more.
@@ -221,10 +229,18 @@ impl<'a> Matcher<'a> {
         {
             self.open_forgotten(bracket, at);
         }
+        if self.by_indent && self.is_doubled_opener(at) {
+            let diagnostic = Diagnostic::error(codes::E0102, self.span(at), "this `{` is never closed");
+            self.bracket_error.get_or_insert(diagnostic.help("delete it"));
+            return;
+        }
         match lexeme.kind {
             LexemeKind::Open(bracket) => self.open(bracket, at),
             LexemeKind::Close(bracket) => self.close(bracket, at),
             LexemeKind::Comma if !self.in_round() => self.comma(at),
+            LexemeKind::Mark if self.slice(at) == ";" && !self.in_round() && self.frame().bracket == Bracket::Curly => {
+                self.semicolon(at);
+            }
             _ => {
                 if self.lacks_comma(at) {
                     let before = self.span(at - 1);
@@ -337,8 +353,13 @@ impl<'a> Matcher<'a> {
     /// A second `name:` in one entry of a record.
     fn lacks_comma(&self, at: usize) -> bool {
         let entry = &self.frame().entry;
+        // A colon that is itself forgotten, or written as `=`, does not hide the second field.
         let first_is_name = |parts: &[Part]| match parts {
-            [Part::Lexeme(_), Part::Lexeme(colon), ..] => self.lexemes[*colon].kind == LexemeKind::Colon,
+            [Part::Lexeme(name), Part::Lexeme(after), ..] => {
+                self.lexemes[*name].kind == LexemeKind::Word
+                    && (matches!(self.lexemes[*after].kind, LexemeKind::Colon | LexemeKind::Number | LexemeKind::Text)
+                        || self.slice(*after) == "=")
+            }
             _ => false,
         };
         self.frames.len() > 1
@@ -372,10 +393,29 @@ impl<'a> Matcher<'a> {
         );
     }
 
+    /// Read as the comma that is meant; in `[ ]` it belongs to a type.
+    fn semicolon(&mut self, at: usize) {
+        let line = self.lexemes[at].line;
+        let more = |next: &Lexeme| next.line == line && !matches!(next.kind, LexemeKind::Close(_));
+        let (help, mend) = match self.lexemes.get(at + 1).is_some_and(more) {
+            true => ("write a comma", ","),
+            false => ("delete it", ""),
+        };
+        if !self.frame().entry.damaged {
+            self.others.push(
+                Diagnostic::error(codes::E0107, self.span(at), "entries are not ended by `;`")
+                    .note("an entry ends at the end of its line or at a comma")
+                    .help(help)
+                    .suggest(self.span(at), mend),
+            );
+        }
+        self.end_entry();
+    }
+
     fn open(&mut self, bracket: Bracket, at: usize) {
         if self.stack.len() >= BRACKET_LIMIT {
             self.say_too_deep(at, format!("brackets stand more than {BRACKET_LIMIT} deep in each other"));
-            self.frame_mut().entry.damaged = true;
+            self.frames.iter_mut().for_each(|frame| frame.entry.damaged = true);
             self.beyond = 1;
             return;
         }
@@ -437,19 +477,39 @@ impl<'a> Matcher<'a> {
         list.then_some(Bracket::Square)
     }
 
+    /// A `{` right after a `{`, with no closer of its own on the line.
+    fn is_doubled_opener(&self, at: usize) -> bool {
+        let curly = LexemeKind::Open(Bracket::Curly);
+        at > 0
+            && self.lexemes[at].kind == curly
+            && self.lexemes[at - 1].kind == curly
+            && self.stack.last().is_some_and(|opener| opener.lexeme == at - 1)
+            && !self.is_closed_on_line(at + 1, Bracket::Curly)
+    }
+
     /// Whether the rest of the line closes more such brackets than the line has opened, before another field begins.
     fn is_closed_on_line(&self, at: usize, bracket: Bracket) -> bool {
         // Longer lines are not written by hand; without a bound one endless line would be walked again and again.
         const WALK: usize = 256;
-        let line = self.lexemes[at].line;
+        let Some(line) = self.lexemes.get(at).map(|lexeme| lexeme.line) else { return false };
         let here = |o: &&Opener| o.bracket == bracket && self.lexemes[o.lexeme].line == line;
         let opened = self.stack.iter().filter(here).count();
-        let (mut depth, mut closed) = (0usize, 0);
+        // Other brackets may be the ones that are wrong: each kind is counted for itself.
+        let (mut depth, mut own, mut closed) = (0usize, 0usize, 0);
         for lexeme in self.lexemes[at..].iter().take_while(|lexeme| lexeme.line == line).take(WALK) {
             match lexeme.kind {
-                LexemeKind::Open(_) => depth += 1,
-                LexemeKind::Close(_) if depth > 0 => depth -= 1,
-                LexemeKind::Close(closer) => closed += usize::from(closer == bracket),
+                LexemeKind::Open(opener) => {
+                    depth += 1;
+                    own += usize::from(opener == bracket);
+                }
+                LexemeKind::Close(closer) => {
+                    depth = depth.saturating_sub(1);
+                    if closer == bracket && own == 0 {
+                        closed += 1;
+                    } else if closer == bracket {
+                        own -= 1;
+                    }
+                }
                 LexemeKind::Colon if depth == 0 && closed == 0 && bracket == Bracket::Square => return false,
                 _ => {}
             }
@@ -571,7 +631,7 @@ impl<'a> Matcher<'a> {
         let entry = std::mem::take(&mut frame.entry);
         if depth > DEPTH_LIMIT {
             // The entry is dropped whole: a tree so deep could not even be taken apart again.
-            if let Some(at) = self.first_lexeme(&entry) {
+            if let Some(at) = self.first_lexeme(&entry).filter(|_| !entry.damaged) {
                 self.say_too_deep(at, format!("this expression is more than {DEPTH_LIMIT} operations deep"));
             }
             return;

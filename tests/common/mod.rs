@@ -2,7 +2,8 @@
 #![allow(dead_code, reason = "each test crate uses its own part")]
 #![allow(clippy::disallowed_methods, reason = "tests read the tree's own files")]
 
-use polishc::metrology::{MetroProMap, write_metropro, write_npy};
+use polishc::metrology::metropro::{self, Settings};
+use polishc::metrology::npy;
 use polishc::source::{FileError, FileProvider, normalise};
 use std::collections::BTreeMap;
 
@@ -53,7 +54,12 @@ fn picture(valid: impl Fn(f64, f64) -> bool) -> Vec<f64> {
 }
 
 fn metropro(heights: Vec<f64>) -> Vec<u8> {
-    write_metropro(&MetroProMap { columns: SIZE, rows: SIZE, heights, pixel: 1e-3, wavelength: 632.8e-9, format: 1 })
+    let settings = Settings { header_format: 1, phase_resolution: 1, ..Settings::fizeau(1e-3) };
+    metropro::write(SIZE, &heights, &settings).expect("heights that fit the format")
+}
+
+fn numpy(values: &[f64]) -> Vec<u8> {
+    npy::write(SIZE, values).expect("whole rows")
 }
 
 /// Data that fixtures name.
@@ -64,10 +70,10 @@ fn generated(name: &str) -> Option<Vec<u8>> {
         // A good map of a 58 mm disc.
         "good.dat" => metropro(picture(disc)),
         // The same as numbers in nanometres, with no scale in the file.
-        "good.npy" => write_npy(SIZE, SIZE, &picture(disc).iter().map(|h| h * 1e9).collect::<Vec<_>>()),
-        "all_nan.npy" => write_npy(SIZE, SIZE, &vec![f64::NAN; SIZE * SIZE]),
+        "good.npy" => numpy(&picture(disc).iter().map(|h| h * 1e9).collect::<Vec<_>>()),
+        "all_nan.npy" => numpy(&vec![f64::NAN; SIZE * SIZE]),
         "cube.npy" => {
-            let mut bytes = write_npy(SIZE, SIZE, &picture(everywhere));
+            let mut bytes = numpy(&picture(everywhere));
             let text = String::from_utf8_lossy(&bytes[..128]).into_owned();
             let at = text.find("(60, 60)").expect("the shape stands in the header");
             bytes[at..at + 8].copy_from_slice(b"(60,6,1)");
