@@ -223,9 +223,7 @@ impl<'a> Checker<'a> {
             let first = *first;
             let message = format!("the name `{}` is defined twice in this file", name.text);
             self.say(
-                Diagnostic::error(codes::E0206, name.span, message)
-                    .also(first, "the first one")
-                    .help("choose another name"),
+                Diagnostic::error(codes::E0206, name.span, message).also(first, "the first one").help("choose another name"),
             );
             return;
         }
@@ -334,13 +332,14 @@ impl<'a> Checker<'a> {
                 let field = &self.vocabulary.schemas[id.0].fields[index];
                 let (ty, what, span) = (field.ty.clone(), format!("`{}`", field.name), field.span);
                 let Some(written) = syntax.fields.iter().find(|f| f.name.span == span) else { continue };
-                let default = written.default.as_ref().map(|value| self.wanted(place, value, ty.clone(), what.clone()));
+                let default =
+                    written.default.as_ref().map(|value| self.wanted(place, value, ty.clone(), what.clone()));
                 let element = ty.element().clone();
-                let restriction = written.restriction.as_ref().map(|limit| self.limit(place, limit, &element, &what));
-                let usual = written
-                    .usual
-                    .as_ref()
-                    .map(|range| self.limit(place, &Restriction::Range(range.clone()), &element, &what));
+                let restriction =
+                    written.restriction.as_ref().map(|limit| self.limit(place, limit, &element, &what));
+                let usual = written.usual.as_ref().map(|range| {
+                    self.limit(place, &Restriction::Range(range.clone()), &element, &what)
+                });
                 let field = &mut self.vocabulary.schemas[id.0].fields[index];
                 (field.default, field.restriction, field.usual) = (default, restriction, usual);
             }
