@@ -322,6 +322,49 @@ fn time_is_the_sum_of_the_moves() {
     assert!((motion.figures.time - wanted).abs() < 1e-9, "{} {wanted}", motion.figures.time);
 }
 
+/// The figures, counted again from the joints. The margins may be less by what the samples between the points and the
+/// way up and down add, tens of microradians; the part of the joint speeds is that of one of the steps.
+#[test]
+fn figures_are_those_of_the_joints() {
+    let robot = straight_above(1600.0, 0.0, 500.0);
+    let motion = planned(raster(9, 41, 5e-3, 30e-3, 0.2, Link::OnSurface), &robot, &REQUEST);
+    let arm = Arm::new(&robot).expect("an arm");
+    let ends = [motion.runs[0].approach_joints, motion.runs[0].retract_joints];
+    let all = || motion.joints.iter().chain(&ends);
+    let least = |values: &mut dyn Iterator<Item = f64>| values.fold(f64::INFINITY, f64::min);
+    let margin = least(&mut all().map(|joints| {
+        let ends = (0..6)
+            .map(|i| (joints[i].to_degrees() - IRB_6700.lower[i]).min(IRB_6700.upper[i] - joints[i].to_degrees()));
+        ends.fold(f64::INFINITY, f64::min).to_radians()
+    }));
+    let found = &motion.figures;
+    assert!(found.joint_margin <= margin + 1e-12 && found.joint_margin > margin - 1e-4, "{found:?} {margin}");
+    // Axis 5 of this arm is straight at 0, and here it stays below 90 deg.
+    let wrist = least(&mut all().map(|joints| joints[4].abs()));
+    assert!(found.wrist_margin <= wrist + 1e-12 && found.wrist_margin > wrist - 1e-4, "{found:?} {wrist}");
+    let mut share = 0.0_f64;
+    for i in 1..motion.joints.len() {
+        let length = (Vector3::from(motion.position[i]) - Vector3::from(motion.position[i - 1])).norm();
+        for joint in 0..6 {
+            let speed = (motion.joints[i][joint] - motion.joints[i - 1][joint]).abs() / length * 0.2;
+            share = share.max(speed / IRB_6700.speeds[joint].to_radians());
+        }
+    }
+    // Half steps are faster than whole ones by their curvature, some thousandths here.
+    assert!(found.joint_speed_share >= share && found.joint_speed_share < share * 1.01, "{found:?} {share}");
+    // The line over y = 0 keeps joint 1 at 0; other points near a quarter turn of axes 1, 4, 6 are counted by their
+    // degrees.
+    let near = motion.joints.iter().filter(|joints| {
+        [joints[0], joints[3], joints[5]].iter().any(|angle| {
+            let beyond = angle.to_degrees().rem_euclid(90.0);
+            beyond.min(90.0 - beyond) < 0.1
+        })
+    });
+    let near = near.count();
+    assert!(near >= 41);
+    assert_eq!(found.points_near_quarter, near);
+}
+
 /// Tool straight down over x = 2100 mm + x: the wrist centre stands 300 + 200 mm above the tool centre point, at height
 /// 80 + 1.5 + 500 mm, 198.5 mm below axis 2 (780 mm), and at a distance of 2100 + x - 320 mm from it. The arm does 1125
 /// + hypot(200, 1142.5) = 2284.9 mm, reached at x = 496.2 mm along the line from -600 to 600 mm; elbow margin 0 and a
