@@ -328,7 +328,7 @@ impl Planned {
                 Purpose::Polish => "polish",
                 Purpose::DryRun => "dry_run",
             },
-            programs: report::programs(program, self.motion.as_deref()),
+            programs: report::programs(program),
             path: report::path(path),
             dwell: report::dwell(outcome),
             predicted: report::predicted(outcome),
