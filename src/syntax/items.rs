@@ -33,7 +33,7 @@ impl<'a> Reader<'a> {
         let groups = self.writer.groups;
         let Some(whole) = groups.first() else { return ast };
         let first = whole.entries.first();
-        if !first.is_some_and(|entry| self.first_word(entry) == Some("language")) {
+        if first.is_none_or(|entry| self.first_word(entry) != Some("language")) {
             self.say_no_language(first);
         }
         let mut outside = false;
