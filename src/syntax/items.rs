@@ -134,6 +134,9 @@ impl<'a> Reader<'a> {
             }
             Rule::use_item => {
                 let what = next?;
+                if self.is_lost(written.part_at(what.as_span().start())) {
+                    return None;
+                }
                 ItemKind::Use(match what.as_rule() {
                     Rule::text => UsePath::File { path: unescape(what.as_str()), span: span(written, &what) },
                     _ => UsePath::Module(
