@@ -260,6 +260,12 @@ fn a_chain_that_is_just_short_enough_can_be_taken_apart() {
     assert_eq!(read(&text).1, []);
     let text = format!("language 1\nlet a = {}1{}\n", "- ".repeat(250), " + 1".repeat(250));
     assert_eq!(read(&text).1, []);
+    // The deepest that the limits allow, in the 2 MiB of a test's thread.
+    for (open, close) in [("(", ")"), ("f(", ")"), ("x { a: ", "}"), ("[", "]"), ("x with { a: [", "]}")] {
+        let deep = 64 / open.matches(['(', '{', '[']).count();
+        let text = format!("language 1\nlet a = {}1{}\n", open.repeat(deep), close.repeat(deep));
+        assert_eq!(read(&text).1, [], "{open}");
+    }
 }
 
 #[test]
