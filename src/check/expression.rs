@@ -104,6 +104,7 @@ impl Checker<'_> {
         if let Some(path) = result_path(base) {
             return self.result(place, path, name, span);
         }
+        // A file whose `use` failed is a failed name, which the next lines treat as any other.
         if let ExprKind::Name(word) = &base.kind
             && let Some((Binding::Module(module), _)) = self.scopes[place.module.0].values.get(word)
         {
@@ -131,7 +132,7 @@ impl Checker<'_> {
     }
 
     /// `result.motion.time`: followed through the schemas of `stdlib/result.polish`.
-    fn result(&mut self, place: Place, mut path: Vec<&Name>, last: &Name, span: Span) -> Typed {
+    fn result<'n>(&mut self, place: Place, mut path: Vec<&'n Name>, last: &'n Name, span: Span) -> Typed {
         if !place.results {
             return self.misplaced_result(place, span);
         }
