@@ -1,5 +1,6 @@
-//! Kinematics: forward, inverse with all whole turns, the nearest solution, beside rs-opw-kinematics; and a whole plan of 56,700
-//! points. Prints nanoseconds a pose, the best of several rounds, and the ratio to the other solver in the same round.
+//! Kinematics: forward, inverse with all whole turns, the nearest solution, beside rs-opw-kinematics; and a whole plan
+//! of 56,700 points. Prints nanoseconds a pose, the best of several rounds, and the ratio to the other solver in the
+//! same round.
 #![allow(clippy::disallowed_methods, clippy::print_stdout, reason = "a bench reads the clock and says what it found")]
 
 #[path = "../tests/common/motion.rs"]

@@ -49,8 +49,8 @@ fn any_arm() -> impl Strategy<Value = &'static ArmNumbers> {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 2000, failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// FK of every solution is the pose, and the joints that made the pose are among the solutions. Postures nearer than 0.01
-    /// rad to a singularity are left to the tests below: there joints may differ though poses agree.
+    /// FK of every solution is the pose, and the joints that made the pose are among the solutions. Postures nearer
+    /// than 0.01 rad to a singularity are left to the tests below: there joints may differ though poses agree.
     #[test]
     fn inverse_undoes_forward(numbers in any_arm(), share in prop::array::uniform6(0.0..1.0_f64)) {
         let arm = arm(numbers);
@@ -133,7 +133,8 @@ fn their_pose(pose: &Transform) -> Pose {
     Pose::from_parts(DVec3::new(at.x, at.y, at.z), DQuat::from_xyzw(q.i, q.j, q.k, q.w))
 }
 
-/// Axis 6 at 0 with a range of -360 .. 360 deg stands in three turns, at both ends exactly; the other wrist's 180 in two.
+/// Axis 6 at 0 with a range of -360 .. 360 deg stands in three turns, at both ends exactly; the other wrist's 180 in
+/// two.
 #[test]
 fn ends_of_a_range_belong_to_it() {
     let arm = arm(&IRB_6700);
@@ -169,9 +170,7 @@ fn a_straight_wrist_keeps_axis_4() {
             }
         }
         let nearest = arm.nearest_solution(&pose, &joints).expect("reachable");
-        for i in 0..6 {
-            assert!((nearest.joints[i] - joints[i]).abs() < 1e-8, "{nearest:?}");
-        }
+        assert!(nearest.joints.iter().zip(&joints).all(|(a, b)| (a - b).abs() < 1e-8), "{nearest:?}");
     }
 }
 

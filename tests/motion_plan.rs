@@ -1,5 +1,5 @@
-//! Whole plans: the tool stands on the contact points through all frames, runs hold one configuration, and what cannot be
-//! done is refused with the place on the part.
+//! Whole plans: the tool stands on the contact points through all frames, runs hold one configuration, and what cannot
+//! be done is refused with the place on the part.
 #![allow(clippy::disallowed_methods, reason = "tests may use the platform's mathematics")]
 
 #[path = "common/motion.rs"]
@@ -12,10 +12,11 @@ use polishc::dwell::TimedPath;
 use polishc::job::{self, Frame, Quaternion, RobotCell, Rotation};
 use polishc::motion::arm::Arm;
 use polishc::motion::contact::{Azimuth, orientation};
-use polishc::motion::frames::{FrameChain, matrix, wxyz};
+use polishc::motion::frames::{FrameChain, between, matrix, turn, wxyz};
 use polishc::motion::{Checked, Motion, Purpose, Request, Transform, Travel, plan};
 use polishc::path::Link;
 use polishc::units::si::{Angle, AngularSpeed, Length, Mass, Speed};
+use std::f64::consts::PI;
 
 const REQUEST: Request = Request {
     standoff: 1.5e-3,
@@ -42,7 +43,8 @@ fn cell(robot: &mut job::Robot) -> &mut RobotCell {
     robot.cell.as_mut().expect("the test's robot has a cell")
 }
 
-/// A flat part under a tool that hangs straight from the flange, all frames parallel: the part's origin at (x, y, z) mm in the base.
+/// A flat part under a tool that hangs straight from the flange, all frames parallel: the part's origin at (x, y, z) mm
+/// in the base.
 fn straight_above(x: f64, y: f64, z: f64) -> job::Robot {
     let parallel = |x, y, z| Frame { at: point(x, y, z), rotation: Rotation::no_rotation(job::Empty {}) };
     let mut robot = irb_6700_in_cell();
@@ -57,8 +59,9 @@ fn assert_quaternion(found: [f64; 4], wanted: [f64; 4]) {
     assert!(found.iter().zip(wanted).all(|(a, b)| (a - b).abs() < 1e-12), "{found:?} {wanted:?}");
 }
 
-/// Flat, from above: z = (0, 0, -1). Azimuth 0: x = (1, 0, 0), so y = z cross x = (0, -1, 0): half a turn about x. Azimuth 90 degrees: x = (0, 1, 0),
-/// y = (1, 0, 0): half a turn about the diagonal (1, 1, 0). Azimuth a: half a turn about (cos a/2, sin a/2, 0).
+/// Flat, from above: z = (0, 0, -1). Azimuth 0: x = (1, 0, 0), so y = z cross x = (0, -1, 0): half a turn about x.
+/// Azimuth 90 degrees: x = (0, 1, 0), y = (1, 0, 0): half a turn about the diagonal (1, 1, 0). Azimuth a: half a turn
+/// about (cos a/2, sin a/2, 0).
 #[test]
 fn contact_frames_of_a_flat_part() {
     let up = [0.0, 0.0, 1.0];
@@ -68,7 +71,8 @@ fn contact_frames_of_a_flat_part() {
     assert_quaternion(stands(30.0), [0.0, 15_f64.to_radians().cos(), 15_f64.to_radians().sin(), 0.0]);
 }
 
-/// A slope of 30 degrees falling towards +x, azimuth 0: normal (1/2, 0, √3/2), so z = (-1/2, 0, -√3/2), x lies downhill: (√3/2, 0, -1/2).
+/// A slope of 30 degrees falling towards +x, azimuth 0: normal (1/2, 0, √3/2), so z = (-1/2, 0, -√3/2), x lies
+/// downhill: (√3/2, 0, -1/2).
 #[test]
 fn contact_frame_on_a_slope() {
     let (half, root) = (0.5, 0.75_f64.sqrt());
@@ -83,6 +87,27 @@ fn contact_frame_on_a_slope() {
     let (sine, cosine) = 5_f64.to_radians().sin_cos();
     let near = orientation([cosine, 0.0, sine], Azimuth::new(0.0)).expect_err("too near");
     assert!((near - sine).abs() < 1e-12);
+}
+
+/// A quarter turn about z halves to an eighth, whichever of its two quaternions is given; the position halves too. A
+/// third of a turn from 0 to 0.3 rad about x is 0.1 rad.
+#[test]
+fn between_two_poses_the_turn_is_even() {
+    let pose = |x: f64, q: [f64; 4]| {
+        let rotation = nalgebra::UnitQuaternion::new_normalize(nalgebra::Quaternion::new(q[0], q[1], q[2], q[3]));
+        Transform::from_parts(Translation3::new(x, 0.0, 0.0), rotation)
+    };
+    let root = 0.5_f64.sqrt();
+    let from = pose(0.0, [1.0, 0.0, 0.0, 0.0]);
+    for sign in [1.0, -1.0] {
+        let to = pose(0.2, [sign * root, 0.0, 0.0, sign * root]);
+        assert!((turn(&from.rotation, &to.rotation) - PI / 2.0).abs() < 1e-15);
+        let half = between(&from, &to, 0.5);
+        assert!((half.translation.x - 0.1).abs() < 1e-15);
+        assert_quaternion(wxyz(&half.rotation), [(PI / 8.0).cos(), 0.0, 0.0, (PI / 8.0).sin()]);
+    }
+    let third = between(&from, &pose(0.0, [0.15_f64.cos(), 0.15_f64.sin(), 0.0, 0.0]), 1.0 / 3.0);
+    assert_quaternion(wxyz(&third.rotation), [0.05_f64.cos(), 0.05_f64.sin(), 0.0, 0.0]);
 }
 
 /// world_base * FK(joints) * tool = world_user * user_object * pose at every point, and the tool centre point stands
@@ -115,8 +140,8 @@ fn joints_put_the_tool_on_the_part_through_all_frames() {
     }
 }
 
-/// A controller that drives to the nearest solution from the approach joints stands at the planned joints everywhere; more points than
-/// one parallel task solves, so the seams between tasks are among them.
+/// A controller that drives to the nearest solution from the approach joints stands at the planned joints everywhere;
+/// more points than one parallel task solves, so the seams between tasks are among them.
 #[test]
 fn the_nearest_solution_follows_the_plan() {
     let robot = irb_6700_in_cell();
@@ -214,8 +239,8 @@ fn a_dry_run_is_lifted_and_slow() {
     assert_eq!((problem.code, problem.field.as_deref()), (codes::E0803, Some("robot.cell.travel.speed")));
 }
 
-/// One line of 0.2 m at 0.1 m/s with 1 m/s²: 2 s and 0.1 s of ramps. Down 50 mm at 0.1 m/s: 0.6 s. Up at 0.05 m/s: 1.05 s.
-/// Joint moves at a tenth of the rated speeds.
+/// One line of 0.2 m at 0.1 m/s with 1 m/s²: 2 s and 0.1 s of ramps. Down 50 mm at 0.1 m/s: 0.6 s. Up at 0.05 m/s: 1.05
+/// s. Joint moves at a tenth of the rated speeds.
 #[test]
 fn time_is_the_sum_of_the_moves() {
     let robot = irb_6700_in_cell();
@@ -229,10 +254,10 @@ fn time_is_the_sum_of_the_moves() {
     assert!((motion.figures.time - wanted).abs() < 1e-9, "{} {wanted}", motion.figures.time);
 }
 
-/// Tool straight down over x = 2100 mm + x: the wrist centre stands 300 + 200 mm above the tool centre point, at height 80 + 1.5 + 500 mm,
-/// 198.5 mm below axis 2 (780 mm), and at a distance of 2100 + x - 320 mm from it. The arm does 1125 + hypot(200, 1142.5) = 2284.9 mm, reached
-/// at x = 496.2 mm along the line from -600 to 600 mm; elbow margin 0 and
-/// a wide range of joint 2, so that nothing else stops it before.
+/// Tool straight down over x = 2100 mm + x: the wrist centre stands 300 + 200 mm above the tool centre point, at height
+/// 80 + 1.5 + 500 mm, 198.5 mm below axis 2 (780 mm), and at a distance of 2100 + x - 320 mm from it. The arm does 1125
+/// + hypot(200, 1142.5) = 2284.9 mm, reached at x = 496.2 mm along the line from -600 to 600 mm; elbow margin 0 and a
+/// wide range of joint 2, so that nothing else stops it before.
 #[test]
 fn out_of_reach_names_the_place() {
     let mut robot = straight_above(2100.0, 0.0, 80.0);
@@ -256,18 +281,17 @@ fn number_after(text: &str, words: &str) -> f64 {
     rest[..end].parse().unwrap_or_else(|_| panic!("no number after `{words}` in `{text}`"))
 }
 
-/// Joint 1 stands at atan2(y, 1600 + x). With a range of ±6 deg and a margin of 1 deg the third line (y = 140 mm, run from +x to -x in
-/// a serpentine) leaves 5 deg where 140 / (1600 + x) = tan 5 deg, x = 0.2 mm. The first two lines (y = 0, 70 mm) stay inside.
+/// Joint 1 stands at atan2(y, 1600 + x), y and x in the base: the three lines lie at y = 0, 70 and 140 mm there, at
+/// -70, 0 and 70 mm on the part. With a range of ±6 deg and a margin of 1 deg, the way to the third line, at x = -100
+/// mm, leaves 5 deg at y = 1500 mm tan 5 deg = 131.2 mm. On the first two lines joint 1 stays below 70 / 1500, 2.7 deg.
 #[test]
 fn a_joint_out_of_range_names_place_angle_and_range() {
     let mut robot = straight_above(1600.0, 70.0, 500.0);
     robot.joints[0].range.from = Angle(-6_f64.to_radians());
     robot.joints[0].range.to = Angle(6_f64.to_radians());
     robot.range_margin = Angle(1_f64.to_radians());
-    // Only two lines reach y = 0 and 70 mm in the base; the third is at 140 mm: centred, the lines lie at -70, 0, 70 mm of the part.
     let problem = refused(raster(3, 41, 5e-3, 70e-3, 0.02, Link::OnSurface), &robot, &REQUEST);
     assert_eq!((problem.code, problem.field.as_deref()), (codes::E0807, Some("robot.joints.0.range")), "{problem:?}");
-    // The third line starts at x = -100 mm as the first does, where joint 1 would already be beyond: the link to it fails first.
     let y = number_after(&problem.message, ", y ");
     let limit = 5_f64.to_radians().tan() * 1500.0 - 70.0;
     assert!(y > limit && y <= limit + 5.0, "{limit} {}", problem.message);
@@ -276,9 +300,9 @@ fn a_joint_out_of_range_names_place_angle_and_range() {
     assert!(problem.message.contains("-6.000 deg .. 6.000 deg with a margin of 1.000 deg"), "{}", problem.message);
 }
 
-/// A wall facing the robot (normal -x): the tool is level, its flange 300 mm before the wall. With joint 2 at 0 and joint 3 at 0 the
-/// upper arm is level and the wrist centre at (1462.5, 0, 2105) mm. One segment, from y = -300 mm to 300 mm: the wrist is bent by joint 1,
-/// atan(y / 1462.5), at both ends, and straight in the middle.
+/// A wall facing the robot (normal -x): the tool is level, its flange 300 mm before the wall. With joint 2 at 0 and
+/// joint 3 at 0 the upper arm is level and the wrist centre at (1462.5, 0, 2105) mm. One segment, from y = -300 mm to
+/// 300 mm: the wrist is bent by joint 1, atan(y / 1462.5), at both ends, and straight in the middle.
 fn across_a_straight_wrist() -> (TimedPath, job::Robot, Request) {
     let mut robot = straight_above(0.0, 0.0, 0.0);
     cell(&mut robot).home = [10.0, 0.0, 0.0, 90.0, 15.0, -90.0].map(|a: f64| Angle(a.to_radians())).to_vec();
@@ -334,7 +358,8 @@ fn each_singularity_has_its_margin() {
     assert_eq!((problem.code, problem.field.as_deref()), (codes::E0808, Some("robot.elbow_margin")));
 }
 
-/// Along a line in x at y = 300 mm, joint 1 turns at v y / (X² + y²): at X = 1500 mm and v = 0.5 m/s 3.672 deg/s, first on the line, where it is most.
+/// Along a line in x at y = 300 mm, joint 1 turns at v y / (X² + y²): at X = 1500 mm and v = 0.5 m/s 3.672 deg/s, first
+/// on the line, where it is most.
 #[test]
 fn too_fast_a_joint_says_the_speed_that_passes() {
     let mut robot = straight_above(1600.0, 300.0, 500.0);
@@ -354,7 +379,8 @@ fn too_fast_a_joint_says_the_speed_that_passes() {
     planned(raster(1, 41, 5e-3, 1.0, passes * 1e-3 * 0.99, Link::OnSurface), &robot, &REQUEST);
 }
 
-/// The start nearest to home would run joint 6 out of its range on the way; the same posture a turn away does not, and is taken.
+/// The start nearest to home would run joint 6 out of its range on the way; the same posture a turn away does not, and
+/// is taken.
 #[test]
 fn whole_turns_are_chosen_for_the_whole_run() {
     let mut robot = straight_above(1600.0, 0.0, 500.0);
@@ -427,6 +453,7 @@ fn wrong_numbers_of_the_robot_are_refused() {
         (|r| r.joints.truncate(5), "E0800", "robot.joints"),
         (|r| r.joints[2].range.from = Angle(2.0), "E0800", "robot.joints.2.range"),
         (|r| r.joints[3].range.to = Angle(f64::NAN), "E0800", "robot.joints.3.range"),
+        (|r| r.joints[5].range.to = Angle(360.0), "E0800", "robot.joints.5.range"),
         (|r| r.joints[4].speed = AngularSpeed(0.0), "E0800", "robot.joints.4.speed"),
         (|r| ortho_parallel(r).signs[1] = 0.5, "E0800", "robot.arm.signs"),
         (|r| ortho_parallel(r).offsets.push(Angle(0.0)), "E0800", "robot.arm.offsets"),
@@ -488,6 +515,7 @@ fn a_path_that_is_none_is_refused() {
         |t| t.speed[2] = f64::NAN,
         |t| t.path.points.x[2] = t.path.points.x[1],
         |t| t.path.points.y[2] = f64::NAN,
+        |t| t.path.points.y[2] = 1e300,
         |t| t.path.points.normal_z[2] = 0.9,
         |t| t.path.lines[1].points.start += 1,
         |t| t.path.lines.truncate(1),

@@ -1,18 +1,20 @@
 //! Arms: forward and inverse kinematics of six joints with an ortho-parallel basis and a spherical wrist.
 //!
 //! In: the seven lengths, offsets and signs of Brandstötter, Angerer, Hofbaur, "An analytical solution of the inverse
-//! kinematics problem of industrial serial manipulators with an ortho-parallel basis and a spherical wrist" (2014), and the
-//! joints' ranges and speeds. Out: flange poses and joint angles, radians, in the maker's convention, whole turns counted.
+//! kinematics problem of industrial serial manipulators with an ortho-parallel basis and a spherical wrist" (2014), and
+//! the joints' ranges and speeds. Out: flange poses and joint angles, radians, in the maker's convention, whole turns
+//! counted.
 //!
 //! Written anew because what exists tests joint ranges modulo one turn and is slower. The inverse takes angles from
 //! `atan2` only and carries sines and cosines between the steps as plain algebra, so nothing is lost near
 //! singularities and most of the trigonometry falls away.
 
 use super::frames::{Matrix, Transform, matrix, quaternion_from_matrix};
+use super::turns::{AllTurns, nearest_turn, wrap};
 use crate::diagnostics::{Problem, codes};
 use crate::job;
 use nalgebra::Translation3;
-use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::f64::consts::{PI, TAU};
 
 /// Six joint angles in radians, maker's convention, whole turns counted.
 pub type Joints = [f64; 6];
@@ -32,6 +34,10 @@ const SAME_ELBOW: f64 = 1e-7;
 
 /// How far the cosine of the elbow angle may pass 1 by rounding.
 const REACH_ROUNDING: f64 = 1e-12;
+
+/// Joint ranges end within two turns of zero (and the rounding of 720 degrees), as the schema of `joint` says: flange
+/// and hoses of arms of this kind turn no further, and more is degrees taken for radians.
+const MOST_TURN: f64 = 2.0 * TAU + RANGE_ROUNDING;
 
 /// Which of the up to eight solutions: three questions, as ABB's cfx asks them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -106,8 +112,8 @@ pub struct Arm {
 }
 
 impl Arm {
-    /// The arm of the job's robot. Refuses what is no arm: a count other than six, a sign that is not 1 or -1, a range with its ends
-    /// the wrong way round, a length or speed that cannot be.
+    /// The arm of the job's robot. Refuses what is no arm: a count other than six, a sign that is not 1 or -1, a range
+    /// with its ends the wrong way round or beyond two turns, a length or speed that cannot be.
     pub fn new(robot: &job::Robot) -> Result<Arm, Problem> {
         let job::Arm::ortho_parallel(arm) = &robot.arm;
         let bad = |field: &str, message: String| Problem::error(codes::E0800, field, message);
@@ -146,6 +152,10 @@ impl Arm {
                 let (from, to) = (lower[i].to_degrees(), upper[i].to_degrees());
                 let message = format!("the range of joint {} runs from {from:.3} deg to {to:.3} deg", i + 1);
                 return Err(bad(&format!("{field}.range"), message).help("give the smaller angle first"));
+            }
+            if lower[i] < -MOST_TURN || upper[i] > MOST_TURN {
+                let message = format!("the range of joint {} goes beyond two turns", i + 1);
+                return Err(bad(&format!("{field}.range"), message).help("check the unit of the angles"));
             }
             if !(speeds[i] > 0.0 && speeds[i].is_finite()) {
                 let message = format!("the rated speed of joint {} is {:.3} deg/s", i + 1, speeds[i].to_degrees());
@@ -192,8 +202,8 @@ impl Arm {
         (position, m)
     }
 
-    /// All solutions, one a branch, joint angles in [-pi, pi), joint ranges not asked. Where the pose leaves a joint's angle open,
-    /// joint 1 or joint 4 is at its offset's zero; solutions that fall together are given once.
+    /// All solutions, one a branch, joint angles in [-pi, pi), joint ranges not asked. Where the pose leaves a joint's
+    /// angle open, joint 1 or joint 4 is at its offset's zero; solutions that fall together are given once.
     pub fn inverse(&self, flange: &Transform) -> Branches {
         let mut branches = self.principal(flange, None, Ranges::NotAsked);
         for solution in &mut branches.solutions[..branches.count] {
@@ -274,14 +284,15 @@ impl Arm {
         (branch, distances)
     }
 
-    /// The angle between lower arm and the line from elbow to wrist centre, radians in [-pi, pi): zero when stretched, positive with
-    /// the wrist in front of the lower arm.
+    /// The angle between lower arm and the line from elbow to wrist centre, radians in [-pi, pi): zero when stretched,
+    /// positive with the wrist in front of the lower arm.
     pub fn elbow_angle(&self, joints: &Joints) -> f64 {
         wrap(self.internal(joints)[2] - self.lean)
     }
 
     /// Where the wrist centre would have to lie for this flange pose, from axis 2, and the least and most that the arm
-    /// can do, metres; in front of axis 1 or behind it. `None` when it would lie nearer to axis 1 than the arm's offset `b`.
+    /// can do, metres; in front of axis 1 or behind it. `None` when it would lie nearer to axis 1 than the arm's offset
+    /// `b`.
     pub fn reach(&self, flange: &Transform, behind: bool) -> Option<(f64, f64, f64)> {
         let pose = Pose::new(self, flange);
         let (_, r, z) = self.arm_plane(&pose, behind)?;
@@ -303,7 +314,7 @@ impl Arm {
     }
 
     /// The lowest turn of an angle of joint `i` (from 0) inside its range, if one is.
-    fn lowest_turn(&self, i: usize, angle: f64) -> Option<f64> {
+    pub(super) fn lowest_turn(&self, i: usize, angle: f64) -> Option<f64> {
         let lower = self.lower[i] - RANGE_ROUNDING;
         // The turn nearest to the lower end, or the one above it.
         let nearest = nearest_turn(angle, lower);
@@ -311,8 +322,13 @@ impl Arm {
         (lowest <= self.upper[i] + RANGE_ROUNDING).then_some(lowest)
     }
 
-    /// All branches, not wrapped to one turn. When `ranges` are asked, without those whose first three joints have no turn in range: half of
-    /// the work is the wrist's.
+    /// How many whole turns more than `angle`, which is in the range of joint `i`, fit into the range.
+    pub(super) fn turns_above(&self, i: usize, angle: f64) -> u32 {
+        ((self.upper[i] + RANGE_ROUNDING - angle) * (1.0 / TAU)) as u32
+    }
+
+    /// All branches, not wrapped to one turn. When `ranges` are asked, without those whose first three joints have no
+    /// turn in range: half of the work is the wrist's.
     fn principal(&self, flange: &Transform, previous: Option<&Joints>, ranges: Ranges) -> Branches {
         let pose = Pose::new(self, flange);
         let mut found = Branches::default();
@@ -408,8 +424,8 @@ impl Arm {
         let Shoulder { r, z, square, along, .. } = *shoulder;
         let across = side * shoulder.across;
         let elbow = side * shoulder.elbow;
-        // The lower arm's direction by subtraction of angles; with the wrist centre on axis 2 (both arms equally long and
-        // folded) any direction will do, and `direction - inset` is the one of the angles.
+        // The lower arm's direction by subtraction of angles; with the wrist centre on axis 2 (both arms equally long
+        // and folded) any direction will do, and `direction - inset` is the one of the angles.
         let (s2, c2) = if square > 0.0 {
             ((r * along - z * across) / square, (z * along + r * across) / square)
         } else {
@@ -492,24 +508,6 @@ pub(super) fn six(numbers: impl Iterator<Item = f64>, field: &str, what: &str) -
     })
 }
 
-/// The angle in [-pi, pi).
-fn wrap(angle: f64) -> f64 {
-    let wrapped = angle - TAU * whole_turns(angle);
-    if wrapped >= PI { wrapped - TAU } else { wrapped }
-}
-
-/// The angle, turned by whole turns, nearest to `near`.
-fn nearest_turn(angle: f64, near: f64) -> f64 {
-    angle + TAU * whole_turns(near - angle)
-}
-
-/// The whole number of turns nearest to `angle`. A cast instead of `round`: joint angles are a few turns, and the call costs as much as
-/// the rest.
-fn whole_turns(angle: f64) -> f64 {
-    let turns = angle * (1.0 / TAU);
-    (turns + if turns < 0.0 { -0.5 } else { 0.5 }) as i64 as f64
-}
-
 /// Which joint ranges the formulas ask.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Ranges {
@@ -587,69 +585,4 @@ impl std::ops::Deref for Branches {
     fn deref(&self) -> &[Solution] {
         &self.solutions[..self.count]
     }
-}
-
-/// All solutions with all whole turns inside the joint ranges; made without allocation.
-pub struct AllTurns<'a> {
-    arm: &'a Arm,
-    branches: Branches,
-    /// The branch being counted out, its joints in their lowest turns, and how many turns more each has.
-    branch: usize,
-    lowest: Joints,
-    more: [u32; 6],
-    /// The turns of the next solution, or nothing when the branch is counted out.
-    next: Option<[u32; 6]>,
-}
-
-impl<'a> AllTurns<'a> {
-    fn new(arm: &'a Arm, branches: Branches) -> AllTurns<'a> {
-        let mut turns = AllTurns { arm, branches, branch: 0, lowest: [0.0; 6], more: [0; 6], next: None };
-        turns.open();
-        turns
-    }
-
-    /// Goes on from `branch` to the first branch of which every joint has a turn in its range.
-    fn open(&mut self) {
-        'branches: while let Some(solution) = self.branches.get(self.branch) {
-            for i in 0..6 {
-                let Some(lowest) = self.arm.lowest_turn(i, solution.joints[i]) else {
-                    self.branch += 1;
-                    continue 'branches;
-                };
-                self.lowest[i] = lowest;
-                self.more[i] = ((self.arm.upper[i] + RANGE_ROUNDING - lowest) * (1.0 / TAU)) as u32;
-            }
-            self.next = Some([0; 6]);
-            return;
-        }
-        self.next = None;
-    }
-}
-
-impl Iterator for AllTurns<'_> {
-    type Item = Solution;
-
-    fn next(&mut self) -> Option<Solution> {
-        let turns = self.next.as_mut()?;
-        let mut solution = *self.branches.get(self.branch)?;
-        for ((joint, lowest), turn) in solution.joints.iter_mut().zip(&self.lowest).zip(turns.iter()) {
-            *joint = lowest + TAU * f64::from(*turn);
-        }
-        // Counts on, joint 6 fastest.
-        for i in (0..6).rev() {
-            if turns[i] < self.more[i] {
-                turns[i] += 1;
-                return Some(solution);
-            }
-            turns[i] = 0;
-        }
-        self.branch += 1;
-        self.open();
-        Some(solution)
-    }
-}
-
-/// Number of whole quarter turns below an angle: floor(angle / 90 deg).
-pub(super) fn quarter(angle: f64) -> f64 {
-    libm::floor(angle / FRAC_PI_2)
 }

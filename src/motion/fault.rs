@@ -1,7 +1,7 @@
 //! Faults: why a posture or a step between two postures is refused, and where on the part.
 //!
-//! In: a [`Fault`] found by following a run, and its [`Place`]. Out: a [`Problem`] that names part coordinates, line, joint, quantity and
-//! limit, and the mend.
+//! In: a [`Fault`] found by following a run, and its [`Place`]. Out: a [`Problem`] that names part coordinates, line,
+//! joint, quantity and limit, and the mend.
 
 use super::arm::joint_field;
 use super::cell::{Station, range};
@@ -10,8 +10,8 @@ use crate::diagnostics::{Problem, codes};
 /// What failed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Fault {
-    /// The wrist centre would lie `distance` from axis 2, the arm can do `least` to `most` (metres). No distance: nearer to
-    /// axis 1 than the arm's offset lets it.
+    /// The wrist centre would lie `distance` from axis 2, the arm can do `least` to `most` (metres). No distance:
+    /// nearer to axis 1 than the arm's offset lets it.
     Reach(Option<(f64, f64, f64)>),
     /// Joint (from 0) and its angle.
     Range { joint: usize, angle: f64 },
@@ -71,7 +71,7 @@ impl Fault {
     /// The refusal.
     pub fn problem(&self, place: &Place, station: &Station) -> Problem {
         let at = place.words();
-        let move_part = "move the part nearer to the middle of the robot's working range (`robot.cell.object` or `robot.cell.user`)";
+        let move_part = "move the part towards the middle of the robot's working range (`robot.cell.object` or `user`)";
         match *self {
             Fault::Reach(None) => {
                 let message = format!("the tool cannot reach {at}: the wrist centre would lie too near to axis 1");
@@ -80,7 +80,8 @@ impl Fault {
             }
             Fault::Reach(Some((distance, least, most))) => {
                 let message = format!(
-                    "the tool cannot reach {at}: the wrist centre would lie {:.1} mm from axis 2, the arm does {:.1} mm to {:.1} mm",
+                    "the tool cannot reach {at}: the wrist centre would lie {:.1} mm from axis 2, the arm does {:.1} mm \
+                     to {:.1} mm",
                     distance * 1e3,
                     least * 1e3,
                     most * 1e3
@@ -152,7 +153,7 @@ impl Fault {
                     step.to_degrees()
                 );
                 Problem::error(codes::E0810, "robot.cell.object", message)
-                    .help("the way passes a singular position: set `wrist_margin`, `elbow_margin` and `shoulder_margin`, and move the part")
+                    .help("the way passes a singular position: set the three margins of the robot, and move the part")
             }
         }
     }

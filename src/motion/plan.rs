@@ -1,6 +1,7 @@
 //! The plan: a path's tool poses, runs, configurations and joints, every check passed.
 //!
-//! In: the timed path, the robot, the [`Request`]. Out: [`Checked`]`<Motion>`, or the first thing that makes it impossible.
+//! In: the timed path, the robot, the [`Request`]. Out: [`Checked`]`<Motion>`, or the first thing that makes it
+//! impossible.
 
 use super::arm::{Branch, Joints, Solution};
 use super::cell::Station;
@@ -22,11 +23,15 @@ const CHUNK: usize = 4096;
 /// How far the length of a normal may lie from 1. Normals are computed in double precision; anything more is a mistake.
 const NORMAL_TOLERANCE: f64 = 1e-9;
 
-/// Plans the motion of one program: places the tool on every contact point, splits the lines into runs, finds for each run
-/// the configuration nearest to home in which all of it passes every check, and checks the ways between the runs.
+/// No part is a kilometre wide: a coordinate beyond is a mistake in its unit, and sampling the way there would never
+/// end.
+const FARTHEST: f64 = 1e3;
+
+/// Plans the motion of one program: places the tool on every contact point, splits the lines into runs, finds for each
+/// run the configuration nearest to home in which all of it passes every check, and checks the ways between the runs.
 ///
-/// The tool centre point stands `standoff` from the surface along the normal, for a dry run `travel.height` higher. Approach and retract poses lie
-/// `travel.height` above the run's first and last tool pose.
+/// The tool centre point stands `standoff` from the surface along the normal, for a dry run `travel.height` higher.
+/// Approach and retract poses lie `travel.height` above the run's first and last tool pose.
 pub fn plan(timed: TimedPath, robot: &job::Robot, request: &Request) -> Result<Checked<Motion>, Problem> {
     let station = Station::new(robot)?;
     check_path(&timed, request)?;
@@ -104,6 +109,8 @@ fn check_path(timed: &TimedPath, request: &Request) -> Result<(), Problem> {
         let square: f64 = normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2];
         let fault = if point.iter().any(|x| !x.is_finite()) {
             "has a coordinate that is not finite"
+        } else if point.iter().any(|x| x.abs() > FARTHEST) {
+            "lies more than 1 km from the part's origin"
         } else if square.is_nan() || (square - 1.0).abs() > 2.0 * NORMAL_TOLERANCE {
             "has a normal that is not of unit length"
         } else if !(timed.speed[i] > 0.0 && timed.speed[i].is_finite()) {
@@ -189,7 +196,8 @@ fn line_of(timed: &TimedPath, i: usize) -> usize {
 fn too_near(near: TooNear, field: &str, what: &str) -> Problem {
     let side = if near.height < 0.0 { "below" } else { "above" };
     let message = format!(
-        "the joint move {what} would bring the tool {:.1} mm {side} the part's highest point, with its centre point at {}; {:.1} mm above it are kept clear",
+        "the joint move {what} would bring the tool {:.1} mm {side} the part's highest point, with its centre point at \
+         {}; {:.1} mm above it are kept clear",
         near.height.abs() * 1e3,
         in_millimetres(near.point),
         near.least * 1e3
@@ -216,8 +224,9 @@ struct Planner<'a> {
 }
 
 impl Planner<'_> {
-    /// Plans one run. The first start that passes is taken: straight on from the run before, then the solutions above the first point in
-    /// the configuration of the run before, then all others, each nearest to home first (by the time of the joint move).
+    /// Plans one run. The first start that passes is taken: straight on from the run before, then the solutions above
+    /// the first point in the configuration of the run before, then all others, each nearest to home first (by the time
+    /// of the joint move).
     fn run(&self, span: &Span, before: Option<&Run>, joints: &mut [Joints], seen: &mut Seen) -> Result<Run, Problem> {
         let approach = self.lifted(span.points.start);
         let mut first_problem = None;
@@ -235,7 +244,9 @@ impl Planner<'_> {
             }
         }
         let from = before.map_or(self.station.home, |before| before.retract_joints);
-        for start in self.starts(&approach, before.map(|before| before.branch)) {
+        let starts = self.starts(&approach, before.map(|before| before.branch));
+        let tried_starts = starts.len();
+        for start in starts {
             let tried = joint_move::check(self.station, &self.column, &from, &start.joints)
                 .map_err(|near| {
                     too_near(near, "robot.cell.home", &format!("to the approach of line {}", span.lines.start + 1))
@@ -249,7 +260,14 @@ impl Planner<'_> {
                 Err(problem) => first_problem = first_problem.or(Some(problem)),
             }
         }
-        Err(first_problem.unwrap_or_else(|| self.no_start(span, &approach)))
+        let problem = first_problem.unwrap_or_else(|| self.no_start(span, &approach));
+        Err(match tried_starts {
+            0 | 1 => problem,
+            count => problem.note(format!(
+                "{count} configurations and turns were tried above the start of line {}; this is about the first choice",
+                span.lines.start + 1
+            )),
+        })
     }
 
     /// The tool pose lifted above point `i`, in the object frame.
