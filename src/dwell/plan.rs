@@ -576,16 +576,16 @@ fn start(
     let (mut local_wanted, mut local_have) = (vec![0.0; segments.length.len()], vec![0.0; segments.length.len()]);
     operator.transpose(&wanted, &mut local_wanted);
     operator.transpose(&have, &mut local_have);
-    let start = (0..segments.length.len())
-        .map(|i| {
-            // Where the segment hardly reaches the aperture the quotient is noise; its bounds then decide.
-            let slowness = local_wanted[i] / local_have[i];
-            if slowness.is_finite() && slowness > 0.0 { segments.length[i] * slowness } else { 0.0 }
-        })
-        .collect();
     let mut work = vec![0.0; segments.length.len()];
     operator.transpose(&field.weights, &mut work);
     let whole = work.iter().fold(0.0f64, |most, w| most.max(*w));
+    let start = (0..segments.length.len())
+        .map(|i| {
+            // Where a segment does less than a millionth of its work inside the aperture the quotient is rounding noise;
+            // its time cannot matter, and it gets the shortest.
+            if work[i] > 1e-6 * whole { segments.length[i] * local_wanted[i] / local_have[i] } else { 0.0 }
+        })
+        .collect();
     Ok((start, (0..work.len()).filter(|&i| work[i] >= 0.5 * whole).collect()))
 }
 
