@@ -1,18 +1,20 @@
 //! Arms: forward and inverse kinematics of six joints with an ortho-parallel basis and a spherical wrist.
 //!
 //! In: the seven lengths, offsets and signs of Brandstötter, Angerer, Hofbaur, "An analytical solution of the inverse
-//! kinematics problem of industrial serial manipulators with an ortho-parallel basis and a spherical wrist" (2014), and the
-//! joints' ranges and speeds. Out: flange poses and joint angles, radians, in the maker's convention, whole turns counted.
+//! kinematics problem of industrial serial manipulators with an ortho-parallel basis and a spherical wrist" (2014), and
+//! the joints' ranges and speeds. Out: flange poses and joint angles, radians, in the maker's convention, whole turns
+//! counted.
 //!
 //! Written anew because what exists tests joint ranges modulo one turn and is slower. The inverse takes angles from
 //! `atan2` only and carries sines and cosines between the steps as plain algebra, so nothing is lost near
 //! singularities and most of the trigonometry falls away.
 
 use super::frames::{Matrix, Transform, matrix, quaternion_from_matrix};
+use super::turns::{AllTurns, nearest_turn, wrap};
 use crate::diagnostics::{Problem, codes};
 use crate::job;
 use nalgebra::Translation3;
-use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::f64::consts::{PI, TAU};
 
 /// Six joint angles in radians, maker's convention, whole turns counted.
 pub type Joints = [f64; 6];
@@ -32,6 +34,10 @@ const SAME_ELBOW: f64 = 1e-7;
 
 /// How far the cosine of the elbow angle may pass 1 by rounding.
 const REACH_ROUNDING: f64 = 1e-12;
+
+/// Joint ranges end within two turns of zero (and the rounding of 720 degrees), as the schema of `joint` says: flange
+/// and hoses of arms of this kind turn no further, and more is degrees taken for radians.
+const MOST_TURN: f64 = 2.0 * TAU + RANGE_ROUNDING;
 
 /// Which of the up to eight solutions: three questions, as ABB's cfx asks them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -106,8 +112,8 @@ pub struct Arm {
 }
 
 impl Arm {
-    /// The arm of the job's robot. Refuses what is no arm: a count other than six, a sign that is not 1 or -1, a range with its ends
-    /// the wrong way round, a length or speed that cannot be.
+    /// The arm of the job's robot. Refuses what is no arm: a count other than six, a sign that is not 1 or -1, a range
+    /// with its ends the wrong way round or beyond two turns, a length or speed that cannot be.
     pub fn new(robot: &job::Robot) -> Result<Arm, Problem> {
         let job::Arm::ortho_parallel(arm) = &robot.arm;
         let bad = |field: &str, message: String| Problem::error(codes::E0800, field, message);
@@ -146,6 +152,10 @@ impl Arm {
                 let (from, to) = (lower[i].to_degrees(), upper[i].to_degrees());
                 let message = format!("the range of joint {} runs from {from:.3} deg to {to:.3} deg", i + 1);
                 return Err(bad(&format!("{field}.range"), message).help("give the smaller angle first"));
+            }
+            if lower[i] < -MOST_TURN || upper[i] > MOST_TURN {
+                let message = format!("the range of joint {} goes beyond two turns", i + 1);
+                return Err(bad(&format!("{field}.range"), message).help("check the unit of the angles"));
             }
             if !(speeds[i] > 0.0 && speeds[i].is_finite()) {
                 let message = format!("the rated speed of joint {} is {:.3} deg/s", i + 1, speeds[i].to_degrees());
@@ -192,10 +202,10 @@ impl Arm {
         (position, m)
     }
 
-    /// All solutions, one a branch, joint angles in [-pi, pi), joint ranges not asked. Where the pose leaves a joint's angle open,
-    /// joint 1 or joint 4 is at its offset's zero; solutions that fall together are given once.
+    /// All solutions, one a branch, joint angles in [-pi, pi), joint ranges not asked. Where the pose leaves a joint's
+    /// angle open, joint 1 or joint 4 is at its offset's zero; solutions that fall together are given once.
     pub fn inverse(&self, flange: &Transform) -> Branches {
-        let mut branches = self.principal(flange, None);
+        let mut branches = self.principal(flange, None, Ranges::NotAsked);
         for solution in &mut branches.solutions[..branches.count] {
             solution.joints = solution.joints.map(wrap);
         }
@@ -204,7 +214,7 @@ impl Arm {
 
     /// All solutions inside the joint ranges with every whole turn that fits, branch by branch.
     pub fn inverse_all_turns(&self, flange: &Transform) -> AllTurns<'_> {
-        AllTurns::new(self, self.principal(flange, None))
+        AllTurns::new(self, self.principal(flange, None, Ranges::FirstThree))
     }
 
     /// The solution of one branch, each joint in the turn nearest to `previous`; where the pose leaves joint 1 or 4
@@ -225,7 +235,7 @@ impl Arm {
     /// does not watch the configuration (`ConfL\Off`) drives to. Nearest is the least sum of squared joint changes;
     /// of two equally near ones, the first in the order of [`Branch::ALL`]. The joint ranges are not asked.
     pub fn nearest_solution(&self, flange: &Transform, previous: &Joints) -> Option<Solution> {
-        let mut branches = self.principal(flange, Some(previous));
+        let mut branches = self.principal(flange, Some(previous), Ranges::NotAsked);
         let mut best: Option<(f64, Solution)> = None;
         for solution in &mut branches.solutions[..branches.count] {
             let mut square = 0.0;
@@ -274,14 +284,15 @@ impl Arm {
         (branch, distances)
     }
 
-    /// The angle between lower arm and the line from elbow to wrist centre, radians in [-pi, pi): zero when stretched, positive with
-    /// the wrist in front of the lower arm.
+    /// The angle between lower arm and the line from elbow to wrist centre, radians in [-pi, pi): zero when stretched,
+    /// positive with the wrist in front of the lower arm.
     pub fn elbow_angle(&self, joints: &Joints) -> f64 {
         wrap(self.internal(joints)[2] - self.lean)
     }
 
     /// Where the wrist centre would have to lie for this flange pose, from axis 2, and the least and most that the arm
-    /// can do, metres; in front of axis 1 or behind it. `None` when it would lie nearer to axis 1 than the arm's offset `b`.
+    /// can do, metres; in front of axis 1 or behind it. `None` when it would lie nearer to axis 1 than the arm's offset
+    /// `b`.
     pub fn reach(&self, flange: &Transform, behind: bool) -> Option<(f64, f64, f64)> {
         let pose = Pose::new(self, flange);
         let (_, r, z) = self.arm_plane(&pose, behind)?;
@@ -302,10 +313,27 @@ impl Arm {
         self.signs[i] * (t + self.offsets[i])
     }
 
-    /// All branches, not wrapped to one turn.
-    fn principal(&self, flange: &Transform, previous: Option<&Joints>) -> Branches {
+    /// The lowest turn of an angle of joint `i` (from 0) inside its range, if one is.
+    pub(super) fn lowest_turn(&self, i: usize, angle: f64) -> Option<f64> {
+        let lower = self.lower[i] - RANGE_ROUNDING;
+        // The turn nearest to the lower end, or the one above it.
+        let nearest = nearest_turn(angle, lower);
+        let lowest = if nearest < lower { nearest + TAU } else { nearest };
+        (lowest <= self.upper[i] + RANGE_ROUNDING).then_some(lowest)
+    }
+
+    /// How many whole turns more than `angle`, which is in the range of joint `i`, fit into the range.
+    pub(super) fn turns_above(&self, i: usize, angle: f64) -> u32 {
+        ((self.upper[i] + RANGE_ROUNDING - angle) * (1.0 / TAU)) as u32
+    }
+
+    /// All branches, not wrapped to one turn. When `ranges` are asked, without those whose first three joints have no
+    /// turn in range: half of the work is the wrist's.
+    fn principal(&self, flange: &Transform, previous: Option<&Joints>, ranges: Ranges) -> Branches {
         let pose = Pose::new(self, flange);
         let mut found = Branches::default();
+        let outside =
+            |i: usize, t: f64| ranges == Ranges::FirstThree && self.lowest_turn(i, self.maker(i, t)).is_none();
         for behind in [false, true] {
             let Some(shoulder) = self.shoulder(&pose, behind, previous) else { continue };
             for behind_lower_arm in [false, true] {
@@ -313,6 +341,9 @@ impl Arm {
                     continue;
                 }
                 let elbow = self.elbow(&shoulder, behind_lower_arm);
+                if outside(0, shoulder.t1) || outside(1, elbow.t2) || outside(2, elbow.t3) {
+                    continue;
+                }
                 let plus = self.wrist(&pose, &shoulder, &elbow, false, previous);
                 found.push(plus);
                 // A straight (or folded) wrist leaves joint 4 open: the other branch is the same posture.
@@ -353,7 +384,8 @@ impl Arm {
         let k = self.upper_arm;
         let cos_elbow = (square - self.c2 * self.c2 - k * k) / (2.0 * self.c2 * k);
         // Written so that a cosine that is no number has no solution.
-        if !(cos_elbow.abs() <= 1.0 + REACH_ROUNDING) {
+        let reached = cos_elbow.abs() <= 1.0 + REACH_ROUNDING;
+        if !reached {
             return None;
         }
         let cos_elbow = cos_elbow.clamp(-1.0, 1.0);
@@ -392,8 +424,8 @@ impl Arm {
         let Shoulder { r, z, square, along, .. } = *shoulder;
         let across = side * shoulder.across;
         let elbow = side * shoulder.elbow;
-        // The lower arm's direction by subtraction of angles; with the wrist centre on axis 2 (both arms equally long and
-        // folded) any direction will do, and `direction - inset` is the one of the angles.
+        // The lower arm's direction by subtraction of angles; with the wrist centre on axis 2 (both arms equally long
+        // and folded) any direction will do, and `direction - inset` is the one of the angles.
         let (s2, c2) = if square > 0.0 {
             ((r * along - z * across) / square, (z * along + r * across) / square)
         } else {
@@ -476,22 +508,11 @@ pub(super) fn six(numbers: impl Iterator<Item = f64>, field: &str, what: &str) -
     })
 }
 
-/// The angle in [-pi, pi).
-fn wrap(angle: f64) -> f64 {
-    let wrapped = angle - TAU * whole_turns(angle);
-    if wrapped >= PI { wrapped - TAU } else { wrapped }
-}
-
-/// The angle, turned by whole turns, nearest to `near`.
-fn nearest_turn(angle: f64, near: f64) -> f64 {
-    angle + TAU * whole_turns(near - angle)
-}
-
-/// The whole number of turns nearest to `angle`. A cast instead of `round`: joint angles are a few turns, and the call costs as much as
-/// the rest.
-fn whole_turns(angle: f64) -> f64 {
-    let turns = angle * (1.0 / TAU);
-    (turns + if turns < 0.0 { -0.5 } else { 0.5 }) as i64 as f64
+/// Which joint ranges the formulas ask.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Ranges {
+    NotAsked,
+    FirstThree,
 }
 
 /// A flange pose as the formulas want it: the rotation and the wrist centre.
@@ -564,75 +585,4 @@ impl std::ops::Deref for Branches {
     fn deref(&self) -> &[Solution] {
         &self.solutions[..self.count]
     }
-}
-
-/// All solutions with all whole turns inside the joint ranges; made without allocation.
-pub struct AllTurns<'a> {
-    arm: &'a Arm,
-    branches: Branches,
-    /// The branch being counted out, its joints in their lowest turns, and how many turns more each has.
-    branch: usize,
-    lowest: Joints,
-    more: [u32; 6],
-    /// The turns of the next solution, or nothing when the branch is counted out.
-    next: Option<[u32; 6]>,
-}
-
-impl<'a> AllTurns<'a> {
-    fn new(arm: &'a Arm, branches: Branches) -> AllTurns<'a> {
-        let mut turns = AllTurns { arm, branches, branch: 0, lowest: [0.0; 6], more: [0; 6], next: None };
-        turns.open();
-        turns
-    }
-
-    /// Goes on from `branch` to the first branch of which every joint has a turn in its range.
-    fn open(&mut self) {
-        'branches: while let Some(solution) = self.branches.get(self.branch) {
-            for i in 0..6 {
-                let (lower, upper) = (self.arm.lower[i] - RANGE_ROUNDING, self.arm.upper[i] + RANGE_ROUNDING);
-                // The turn nearest to the lower end, or the one above it.
-                let mut lowest = nearest_turn(solution.joints[i], lower);
-                if lowest < lower {
-                    lowest += TAU;
-                }
-                if lowest > upper {
-                    self.branch += 1;
-                    continue 'branches;
-                }
-                self.lowest[i] = lowest;
-                self.more[i] = ((upper - lowest) * (1.0 / TAU)) as u32;
-            }
-            self.next = Some([0; 6]);
-            return;
-        }
-        self.next = None;
-    }
-}
-
-impl Iterator for AllTurns<'_> {
-    type Item = Solution;
-
-    fn next(&mut self) -> Option<Solution> {
-        let turns = self.next.as_mut()?;
-        let mut solution = *self.branches.get(self.branch)?;
-        for i in 0..6 {
-            solution.joints[i] = self.lowest[i] + TAU * f64::from(turns[i]);
-        }
-        // Counts on, joint 6 fastest.
-        for i in (0..6).rev() {
-            if turns[i] < self.more[i] {
-                turns[i] += 1;
-                return Some(solution);
-            }
-            turns[i] = 0;
-        }
-        self.branch += 1;
-        self.open();
-        Some(solution)
-    }
-}
-
-/// Number of whole quarter turns below an angle: floor(angle / 90 deg).
-pub(super) fn quarter(angle: f64) -> f64 {
-    libm::floor(angle / FRAC_PI_2)
 }

@@ -31,8 +31,8 @@ pub struct Station {
 }
 
 impl Station {
-    /// The robot of the job with its cell. Refuses an arm that is none, frames whose rotations are none, a load that the arm
-    /// cannot carry or that nobody measured, poses outside the joint ranges, and margins, heights and speeds
+    /// The robot of the job with its cell. Refuses an arm that is none, frames whose rotations are none, a load that
+    /// the arm cannot carry or that nobody measured, poses outside the joint ranges, and margins, heights and speeds
     /// that cannot be.
     pub fn new(robot: &job::Robot) -> Result<Station, Problem> {
         let arm = Arm::new(robot)?;
@@ -124,8 +124,8 @@ pub(super) fn range(arm: &Arm, joint: usize) -> String {
     format!("{:.3} deg .. {:.3} deg", arm.lower[joint].to_degrees(), arm.upper[joint].to_degrees())
 }
 
-/// A wrong load makes a controller steer wrongly (RAPID reference, `tooldata`), and controllers refuse a mass of zero and a centre of
-/// gravity exactly in the flange: such numbers were never measured.
+/// A wrong load makes a controller steer wrongly (RAPID reference, `tooldata`), and controllers refuse a mass of zero
+/// and a centre of gravity exactly in the flange: such numbers were never measured.
 fn check_load(load: &job::Load, payload: f64) -> Result<(), Problem> {
     let mass = load.mass.0;
     if !(mass > 0.0 && mass.is_finite()) {
@@ -133,7 +133,8 @@ fn check_load(load: &job::Load, payload: f64) -> Result<(), Problem> {
         return Err(Problem::error(codes::E0802, "robot.cell.tcp.load.mass", message).help("weigh the tool"));
     }
     // Written so that a payload that is no number is refused.
-    if !(mass <= payload) {
+    let carried = mass <= payload;
+    if !carried {
         let message = format!("the tool's mass of {mass} kg is above the robot's payload of {payload} kg");
         return Err(Problem::error(codes::E0802, "robot.cell.tcp.load.mass", message)
             .help("check both numbers; a heavier tool needs a stronger robot"));

@@ -1,11 +1,12 @@
 //! Configuration data: which of an arm's solutions a target means, in ABB's numbers.
 //!
-//! In: joint angles at full precision. Out: `[cf1, cf4, cf6, cfx]`. cf1, cf4 and cf6 count the quarter turns of axes 1, 4 and 6
-//! (0 for 0 to 90 degrees, -1 for 0 to -90; ABB RAPID reference, `confdata`), cfx asks three yes-or-no questions of
-//! serial-link arms: 4 wrist centre behind axis 1, 2 wrist centre behind the lower arm, 1 axis 5 negative. The programs
-//! run with `ConfL\Off` from a stated joint pose, so these numbers inform and do not steer.
+//! In: joint angles at full precision. Out: `[cf1, cf4, cf6, cfx]`. cf1, cf4 and cf6 count the quarter turns of axes 1,
+//! 4 and 6 (0 for 0 to 90 degrees, -1 for 0 to -90; ABB RAPID reference, `confdata`), cfx asks three yes-or-no
+//! questions of serial-link arms: 4 wrist centre behind axis 1, 2 wrist centre behind the lower arm, 1 axis 5 negative.
+//! The programs run with `ConfL\Off` from a stated joint pose, so these numbers inform and do not steer.
 
-use super::arm::{Arm, Joints, quarter};
+use super::arm::{Arm, Joints};
+use super::turns::quarter;
 use std::f64::consts::FRAC_PI_2;
 
 /// Nearer than this to a whole quarter turn, the rounding of the written target can tip the quarter: 0.1 degrees.

@@ -1,9 +1,9 @@
 //! Contact frames: how the tool stands on the part.
 //!
-//! In: a contact point with its outward normal (part frame), the tool's stand-off and azimuth. Out: the tool frame in the part
-//! frame. The tool's z axis points into the glass against the normal; its x axis is a reference direction of the part,
-//! laid into the tangent plane. The frame depends on the point alone, not on the way there, and has no place where its
-//! sign turns, except where the normal runs along the reference direction itself.
+//! In: a contact point with its outward normal (part frame), the tool's stand-off and azimuth. Out: the tool frame in
+//! the part frame. The tool's z axis points into the glass against the normal; its x axis is a reference direction of
+//! the part, laid into the tangent plane. The frame depends on the point alone, not on the way there, and has no place
+//! where its sign turns, except where the normal runs along the reference direction itself.
 
 use super::ToolPose;
 use super::frames::{Transform, quaternion, quaternion_from_matrix, wxyz};
@@ -28,9 +28,9 @@ impl Azimuth {
     }
 }
 
-/// The orientation of the tool on a surface with the outward unit normal `normal`: z = -normal, x = the reference direction
-/// (cos azimuth, sin azimuth, 0) in the tangent plane, y = z cross x. `Err` holds the sine of the angle between
-/// normal and reference direction, when it is less than 0.1.
+/// The orientation of the tool on a surface with the outward unit normal `normal`: z = -normal, x = the reference
+/// direction (cos azimuth, sin azimuth, 0) in the tangent plane, y = z cross x. `Err` holds the sine of the angle
+/// between normal and reference direction, when it is less than 0.1.
 pub fn orientation(normal: [f64; 3], azimuth: Azimuth) -> Result<UnitQuaternion<f64>, f64> {
     let z = normal.map(|n| -n);
     let along = azimuth.cosine * z[0] + azimuth.sine * z[1];

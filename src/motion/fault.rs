@@ -1,7 +1,7 @@
 //! Faults: why a posture or a step between two postures is refused, and where on the part.
 //!
-//! In: a [`Fault`] found by following a run, and its [`Place`]. Out: a [`Problem`] that names part coordinates, line, joint, quantity and
-//! limit, and the mend.
+//! In: a [`Fault`] found by following a run, and its [`Place`]. Out: a [`Problem`] that names part coordinates, line,
+//! joint, quantity and limit, and the mend.
 
 use super::arm::joint_field;
 use super::cell::{Station, range};
@@ -10,8 +10,8 @@ use crate::diagnostics::{Problem, codes};
 /// What failed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Fault {
-    /// The wrist centre would lie `distance` from axis 2, the arm can do `least` to `most` (metres). No distance: nearer to
-    /// axis 1 than the arm's offset lets it.
+    /// The wrist centre would lie `distance` from axis 2, the arm can do `least` to `most` (metres). No distance:
+    /// nearer to axis 1 than the arm's offset lets it.
     Reach(Option<(f64, f64, f64)>),
     /// Joint (from 0) and its angle.
     Range { joint: usize, angle: f64 },
@@ -48,10 +48,8 @@ pub(super) struct Place {
 impl Place {
     /// The place in words.
     fn words(&self) -> String {
-        // Adding zero turns -0.0 into 0.0.
-        let [x, y, z] = self.point.map(|a| a * 1e3 + 0.0);
         let line = self.line + 1;
-        let at = format!("x {x:.3} mm, y {y:.3} mm, z {z:.3} mm");
+        let at = in_millimetres(self.point);
         match self.stage {
             Stage::Line => format!("{at} (line {line})"),
             Stage::Link => format!("{at} (on the way to line {line})"),
@@ -62,11 +60,18 @@ impl Place {
     }
 }
 
+/// A place on the part for people.
+pub(super) fn in_millimetres(point: [f64; 3]) -> String {
+    // Rounded before it is written, and adding zero turns -0.0 into 0.0.
+    let [x, y, z] = point.map(|a| (a * 1e6).round() / 1e3 + 0.0);
+    format!("x {x:.3} mm, y {y:.3} mm, z {z:.3} mm")
+}
+
 impl Fault {
     /// The refusal.
     pub fn problem(&self, place: &Place, station: &Station) -> Problem {
         let at = place.words();
-        let move_part = "move the part nearer to the middle of the robot's working range (`robot.cell.object` or `robot.cell.user`)";
+        let move_part = "move the part towards the middle of the robot's working range (`robot.cell.object` or `user`)";
         match *self {
             Fault::Reach(None) => {
                 let message = format!("the tool cannot reach {at}: the wrist centre would lie too near to axis 1");
@@ -75,7 +80,8 @@ impl Fault {
             }
             Fault::Reach(Some((distance, least, most))) => {
                 let message = format!(
-                    "the tool cannot reach {at}: the wrist centre would lie {:.1} mm from axis 2, the arm does {:.1} mm to {:.1} mm",
+                    "the tool cannot reach {at}: the wrist centre would lie {:.1} mm from axis 2, the arm does {:.1} mm \
+                     to {:.1} mm",
                     distance * 1e3,
                     least * 1e3,
                     most * 1e3
@@ -147,7 +153,7 @@ impl Fault {
                     step.to_degrees()
                 );
                 Problem::error(codes::E0810, "robot.cell.object", message)
-                    .help("the way passes a singular position: set `wrist_margin`, `elbow_margin` and `shoulder_margin`, and move the part")
+                    .help("the way passes a singular position: set the three margins of the robot, and move the part")
             }
         }
     }

@@ -1,7 +1,7 @@
 //! Following: one configuration along straight moves, checked at the points and between them.
 //!
-//! In: tool poses in the object frame, a branch, the joints at the start. Out: the joints at every point with whole turns
-//! continuous, and what was [`Seen`] on the way; or the first [`Fault`].
+//! In: tool poses in the object frame, a branch, the joints at the start. Out: the joints at every point with whole
+//! turns continuous, and what was [`Seen`] on the way; or the first [`Fault`].
 //!
 //! The solutions of a branch do not depend on one another, only the whole turns do: chunks of fixed size are solved in
 //! parallel, then joined in order by whole turns.
@@ -14,16 +14,16 @@ use nalgebra::Translation3;
 use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
 
-/// Between two samples of a straight move the tool goes no farther than this, and turns no more. There the joints leave the straight
-/// line between the samples by less than a thousandth of a degree (measured over a 400 mm part on a 2.6 m arm: 0.0013
-/// degrees for samples 20 mm apart, and it falls with the square), which is far below any margin. Every move
-/// has at least one sample inside.
+/// Between two samples of a straight move the tool goes no farther than this, and turns no more. There the joints leave
+/// the straight line between the samples by less than a thousandth of a degree (measured over a 400 mm part on a 2.6 m
+/// arm: 0.0013 degrees for samples 20 mm apart, and it falls with the square), which is far below any margin. Every
+/// move has at least one sample inside.
 const SAMPLE_LENGTH: f64 = 5e-3;
 const SAMPLE_TURN: f64 = 0.5 * PI / 180.0;
 
-/// A joint that changes by more than this between two samples has passed a singular position: with a wrist margin of 5 degrees and
-/// a shoulder margin of 0.1 m, 0.5 degrees and 5 mm of tool motion are at most 9 degrees of a joint, and
-/// a change of branch is far more than this.
+/// A joint that changes by more than this between two samples has passed a singular position: with a wrist margin of 5
+/// degrees and a shoulder margin of 0.1 m, 0.5 degrees and 5 mm of tool motion are at most 9 degrees of a joint, and a
+/// change of branch is far more than this.
 const LARGEST_CHANGE: f64 = 30.0 * PI / 180.0;
 
 /// Points solved by one task; constant, so that the joining is the same with any number of threads.
@@ -131,14 +131,17 @@ impl<'a> Follower<'a> {
         };
         let distances = solution.distances;
         // Written so that a distance that is no number is refused.
-        if !(distances.shoulder.abs() >= self.station.shoulder_margin) {
+        let clear_of_shoulder = distances.shoulder.abs() >= self.station.shoulder_margin;
+        if !clear_of_shoulder {
             return Err(Fault::Shoulder(distances.shoulder));
         }
-        if !(distances.elbow.abs() >= self.station.elbow_margin) {
+        let clear_of_elbow = distances.elbow.abs() >= self.station.elbow_margin;
+        if !clear_of_elbow {
             return Err(Fault::Elbow(distances.elbow));
         }
         let wrist = wrist_angle(&solution);
-        if !(wrist >= self.station.wrist_margin) {
+        let clear_of_wrist = wrist >= self.station.wrist_margin;
+        if !clear_of_wrist {
             return Err(Fault::Wrist(wrist));
         }
         Ok(solution)
@@ -182,14 +185,14 @@ impl<'a> Follower<'a> {
             let share = sample as f64 / samples;
             let tool = if sample as f64 == samples { *to } else { between(from, to, share) };
             let solution = self.solve(&tool, branch, &joints).map_err(|fault| Broken { fault, share })?;
-            for joint in 0..6 {
-                let step = solution.joints[joint] - joints[joint];
-                if !(step.abs() <= LARGEST_CHANGE) {
+            for (joint, (now, before)) in solution.joints.iter().zip(&joints).enumerate() {
+                let step = now - before;
+                if step.abs() > LARGEST_CHANGE {
                     return Err(Broken { fault: Fault::Jump { joint, step }, share });
                 }
                 let needed = step.abs() / seconds;
                 let part = needed / self.station.arm.speeds[joint];
-                if !(part <= 1.0) {
+                if part > 1.0 {
                     return Err(Broken { fault: Fault::Speed { joint, needed, programmed: speed }, share });
                 }
                 seen.speed_share = seen.speed_share.max(part);
@@ -205,7 +208,8 @@ impl<'a> Follower<'a> {
         Ok(joints)
     }
 
-    /// Follows the poses one after the other from the first one, whose joints are `start`. Writes the joints at every pose.
+    /// Follows the poses one after the other from the first one, whose joints are `start`. Writes the joints at every
+    /// pose.
     pub fn chain(
         &self,
         branch: Branch,
@@ -241,8 +245,8 @@ impl<'a> Follower<'a> {
                 }
                 _ => None,
             };
-            // Followed once more, in order and with the ranges asked, where something is wrong: it finds the first fault
-            // on the way, whichever it is. Also where the pose at the seam leaves a joint open.
+            // Followed once more, in order and with the ranges asked, where something is wrong: it finds the first
+            // fault on the way, whichever it is. Also where the pose at the seam leaves a joint open.
             let seen = match seen {
                 Some(seen) => seen,
                 None => self.part(branch, &end, poses, first, joints, Ranges::Asked)?,

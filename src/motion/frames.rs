@@ -1,8 +1,9 @@
 //! Frames: rotations and rigid transforms of the job, and the chain from the robot's base to the part.
 //!
-//! In: the job's [`Frame`](job::Frame)s. Out: [`Transform`]s and [`FrameChain`]. A transform is made of a point and a unit quaternion,
-//! so a left-handed frame cannot be said. `base`, `user` and `object` are all absolute or chained as ABB defines them for a
-//! tool held by the robot (Application manual, work objects): `world_base * FK(q) * flange_tool = world_user * user_object * pose`.
+//! In: the job's [`Frame`](job::Frame)s. Out: [`Transform`]s and [`FrameChain`]. A transform is made of a point and a
+//! unit quaternion, so a left-handed frame cannot be said. `base`, `user` and `object` are all absolute or chained as
+//! ABB defines them for a tool held by the robot (Application manual, work objects): `world_base * FK(q) * flange_tool
+//! = world_user * user_object * pose`.
 
 use crate::diagnostics::{Problem, codes};
 use crate::job;

@@ -2,21 +2,22 @@
 //!
 //! In: two joint poses. Out: the seconds it takes, or the place where the tool comes too near to the part.
 //!
-//! What is checked: a ball that stands for the tool (its radius is stated by the caller; it touches the tool centre point and has its
-//! centre on the tool's -z axis) does not enter the column over the path, below a clearance above the path's highest
-//! point. Nothing else of tool, arm or cell is known here. The joint ranges need no samples: between two poses
-//! inside them every joint stays inside.
+//! What is checked: a ball that stands for the tool (its radius is stated by the caller; it touches the tool centre
+//! point and has its centre on the tool's -z axis) does not enter the column over the path, below a clearance above the
+//! path's highest point. Nothing else of tool, arm or cell is known here. The joint ranges need no samples: between two
+//! poses inside them every joint stays inside.
 
 use super::arm::Joints;
 use super::cell::Station;
 use super::frames::{Transform, between};
 use crate::path::Points;
 
-/// Between two samples no joint moves more: at the end of a 3 m arm a quarter of a degree is 13 mm, and the way between two
-/// samples bows by 0.01 mm.
+/// Between two samples no joint moves more: at the end of a 3 m arm a quarter of a degree is 13 mm, and the way between
+/// two samples bows by 0.01 mm.
 const SAMPLE: f64 = 0.25 * std::f64::consts::PI / 180.0;
 
-/// The column reaches this far beyond the ball around the path's points, metres: what the tool moves between two samples.
+/// The column reaches this far beyond the ball around the path's points, metres: what the tool moves between two
+/// samples.
 const BETWEEN_SAMPLES: f64 = 0.015;
 
 /// The part of the travel height that stays clear of the path's highest point. Joint moves start and end lifted by
@@ -35,8 +36,8 @@ pub(super) struct Column {
     radius: f64,
 }
 
-/// Where a joint move came too near: the tool centre point in the object frame, the ball's height above the path's highest
-/// point and the least height allowed, metres.
+/// Where a joint move came too near: the tool centre point in the object frame, the ball's height above the path's
+/// highest point and the least height allowed, metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct TooNear {
     pub point: [f64; 3],

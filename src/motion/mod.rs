@@ -5,8 +5,8 @@
 //! also between points, within joint speeds. The frames, the arm's kinematics and the contact frame are public for
 //! `verify`, which replays a program's text with them.
 //!
-//! What is checked of collisions is the tool against the part, in the joint moves: see [`joint_move`]. Arm, cell, cable and fixture are
-//! not checked, and the job says so itself (`unchecked`).
+//! What is checked of collisions is the tool against the part, in the joint moves: see [`joint_move`]. Arm, cell, cable
+//! and fixture are not checked, and the job says so itself (`unchecked`).
 
 pub mod arm;
 pub mod cell;
@@ -19,6 +19,7 @@ mod joint_move;
 mod plan;
 mod runs;
 mod time;
+pub mod turns;
 
 pub use arm::{Arm, Branch, Joints, Solution};
 pub use frames::{FrameChain, Transform};
@@ -52,8 +53,8 @@ pub struct Request {
     pub standoff: f64,
     /// Direction of the tool's x axis on the part, radians from +x towards +y of the part, seen from the tool side.
     pub azimuth: f64,
-    /// Radius in metres of the ball that stands for the tool in the check of joint moves: it touches the tool centre point
-    /// and has its centre on the tool's -z axis. For a wheel, the wheel's radius.
+    /// Radius in metres of the ball that stands for the tool in the check of joint moves: it touches the tool centre
+    /// point and has its centre on the tool's -z axis. For a wheel, the wheel's radius.
     pub tool_radius: f64,
     /// The path's acceleration, m/s², for the estimate of time.
     pub acceleration: f64,

@@ -1,11 +1,12 @@
 //! The plan: a path's tool poses, runs, configurations and joints, every check passed.
 //!
-//! In: the timed path, the robot, the [`Request`]. Out: [`Checked`]`<Motion>`, or the first thing that makes it impossible.
+//! In: the timed path, the robot, the [`Request`]. Out: [`Checked`]`<Motion>`, or the first thing that makes it
+//! impossible.
 
 use super::arm::{Branch, Joints, Solution};
 use super::cell::Station;
 use super::contact::{Azimuth, orientation, raised};
-use super::fault::{Fault, Place, Stage};
+use super::fault::{Fault, Place, Stage, in_millimetres};
 use super::follow::{Broken, Follower, Poses, Seen};
 use super::joint_move::{Column, TooNear};
 use super::runs::{Span, split};
@@ -22,11 +23,15 @@ const CHUNK: usize = 4096;
 /// How far the length of a normal may lie from 1. Normals are computed in double precision; anything more is a mistake.
 const NORMAL_TOLERANCE: f64 = 1e-9;
 
-/// Plans the motion of one program: places the tool on every contact point, splits the lines into runs, finds for each run
-/// the configuration nearest to home in which all of it passes every check, and checks the ways between the runs.
+/// No part is a kilometre wide: a coordinate beyond is a mistake in its unit, and sampling the way there would never
+/// end.
+const FARTHEST: f64 = 1e3;
+
+/// Plans the motion of one program: places the tool on every contact point, splits the lines into runs, finds for each
+/// run the configuration nearest to home in which all of it passes every check, and checks the ways between the runs.
 ///
-/// The tool centre point stands `standoff` from the surface along the normal, for a dry run `travel.height` higher. Approach and retract poses lie
-/// `travel.height` above the run's first and last tool pose.
+/// The tool centre point stands `standoff` from the surface along the normal, for a dry run `travel.height` higher.
+/// Approach and retract poses lie `travel.height` above the run's first and last tool pose.
 pub fn plan(timed: TimedPath, robot: &job::Robot, request: &Request) -> Result<Checked<Motion>, Problem> {
     let station = Station::new(robot)?;
     check_path(&timed, request)?;
@@ -101,11 +106,12 @@ fn check_path(timed: &TimedPath, request: &Request) -> Result<(), Problem> {
     }
     for i in 0..count {
         let (point, normal) = (points.position(i), points.normal(i));
-        let square = normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2];
-        // All comparisons are written so that a number that is none is refused.
+        let square: f64 = normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2];
         let fault = if point.iter().any(|x| !x.is_finite()) {
             "has a coordinate that is not finite"
-        } else if !((square - 1.0).abs() <= 2.0 * NORMAL_TOLERANCE) {
+        } else if point.iter().any(|x| x.abs() > FARTHEST) {
+            "lies more than 1 km from the part's origin"
+        } else if square.is_nan() || (square - 1.0).abs() > 2.0 * NORMAL_TOLERANCE {
             "has a normal that is not of unit length"
         } else if !(timed.speed[i] > 0.0 && timed.speed[i].is_finite()) {
             "has a speed that is not above 0 mm/s"
@@ -114,9 +120,8 @@ fn check_path(timed: &TimedPath, request: &Request) -> Result<(), Problem> {
         } else {
             continue;
         };
-        let [x, y, z] = point.map(|a| a * 1e3 + 0.0);
-        let line = line_of(timed, i) + 1;
-        return bad("path", format!("the point at x {x:.3} mm, y {y:.3} mm, z {z:.3} mm (line {line}) {fault}"));
+        let (at, line) = (in_millimetres(point), line_of(timed, i) + 1);
+        return bad("path", format!("the point at {at} (line {line}) {fault}"));
     }
     Ok(())
 }
@@ -163,9 +168,9 @@ fn tool_poses(timed: &TimedPath, distance: f64, azimuth: f64) -> Result<(Vec<[f6
         })
         .collect();
     if let Some(Err((i, sine))) = found.into_iter().find(Result::is_err) {
-        let [x, y, z] = points.position(i).map(|a| a * 1e3 + 0.0);
         let message = format!(
-            "at x {x:.3} mm, y {y:.3} mm, z {z:.3} mm (line {}) the surface's normal is {:.2} deg from the direction of `azimuth`, 5.74 deg are needed",
+            "at {} (line {}) the surface's normal is {:.2} deg from the direction of `azimuth`, 5.74 deg are needed",
+            in_millimetres(points.position(i)),
             line_of(timed, i) + 1,
             libm::asin(sine.min(1.0)).to_degrees()
         );
@@ -189,10 +194,12 @@ fn line_of(timed: &TimedPath, i: usize) -> usize {
 
 /// The refusal of a joint move.
 fn too_near(near: TooNear, field: &str, what: &str) -> Problem {
-    let [x, y, z] = near.point.map(|a| a * 1e3 + 0.0);
+    let side = if near.height < 0.0 { "below" } else { "above" };
     let message = format!(
-        "the joint move {what} would bring the tool to {:.1} mm above the part's highest point, with its centre point at x {x:.1} mm, y {y:.1} mm, z {z:.1} mm; {:.1} mm are kept clear",
-        near.height * 1e3,
+        "the joint move {what} would bring the tool {:.1} mm {side} the part's highest point, with its centre point at \
+         {}; {:.1} mm above it are kept clear",
+        near.height.abs() * 1e3,
+        in_millimetres(near.point),
         near.least * 1e3
     );
     Problem::error(codes::E0811, field, message)
@@ -217,8 +224,9 @@ struct Planner<'a> {
 }
 
 impl Planner<'_> {
-    /// Plans one run. The first start that passes is taken: straight on from the run before, then the solutions above the first point in
-    /// the configuration of the run before, then all others, each nearest to home first (by the time of the joint move).
+    /// Plans one run. The first start that passes is taken: straight on from the run before, then the solutions above
+    /// the first point in the configuration of the run before, then all others, each nearest to home first (by the time
+    /// of the joint move).
     fn run(&self, span: &Span, before: Option<&Run>, joints: &mut [Joints], seen: &mut Seen) -> Result<Run, Problem> {
         let approach = self.lifted(span.points.start);
         let mut first_problem = None;
@@ -236,7 +244,9 @@ impl Planner<'_> {
             }
         }
         let from = before.map_or(self.station.home, |before| before.retract_joints);
-        for start in self.starts(&approach, before.map(|before| before.branch)) {
+        let starts = self.starts(&approach, before.map(|before| before.branch));
+        let tried_starts = starts.len();
+        for start in starts {
             let tried = joint_move::check(self.station, &self.column, &from, &start.joints)
                 .map_err(|near| {
                     too_near(near, "robot.cell.home", &format!("to the approach of line {}", span.lines.start + 1))
@@ -250,7 +260,14 @@ impl Planner<'_> {
                 Err(problem) => first_problem = first_problem.or(Some(problem)),
             }
         }
-        Err(first_problem.unwrap_or_else(|| self.no_start(span, &approach)))
+        let problem = first_problem.unwrap_or_else(|| self.no_start(span, &approach));
+        Err(match tried_starts {
+            0 | 1 => problem,
+            count => problem.note(format!(
+                "{count} configurations and turns were tried above the start of line {}; this is about the first choice",
+                span.lines.start + 1
+            )),
+        })
     }
 
     /// The tool pose lifted above point `i`, in the object frame.

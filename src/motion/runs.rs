@@ -1,7 +1,7 @@
 //! Runs: which lines are travelled between one approach and one retract.
 //!
-//! In: the path's lines and the most points that a run may hold. Out: ranges of lines and points. A run ends where the path
-//! lifts, and before a line that no longer fits; never inside a line, where the tool would mark the part.
+//! In: the path's lines and the most points that a run may hold. Out: ranges of lines and points. A run ends where the
+//! path lifts, and before a line that no longer fits; never inside a line, where the tool would mark the part.
 
 use crate::diagnostics::{Problem, codes};
 use crate::path::{Line, Link};

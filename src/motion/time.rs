@@ -1,7 +1,7 @@
 //! Time: how long the moves take, as a kinematic estimate.
 //!
-//! In: lengths, programmed speeds, the path's acceleration. Out: seconds. Speeds change at constant acceleration inside a move,
-//! joint speeds of joint moves at once; a controller also filters, blends and waits, which is not modelled.
+//! In: lengths, programmed speeds, the path's acceleration. Out: seconds. Speeds change at constant acceleration inside
+//! a move, joint speeds of joint moves at once; a controller also filters, blends and waits, which is not modelled.
 
 /// Seconds of one straight move from `start` to `end` speed (m/s) over `length` metres at up to `speed`, with
 /// `acceleration` m/s². `start` and `end` must be no more than `speed` and reachable from one another.
@@ -48,8 +48,8 @@ mod tests {
 
     #[test]
     fn a_chain_slows_before_a_slow_move() {
-        // 1 m at 0.5 m/s into 0.1 m at 0.1 m/s, 1 m/s². First: 0.5 s up (0.125 m), down to 0.1 in 0.4 s (0.12 m), 0.755 m
-        // cruise in 1.51 s. Second: 0.1 s down over 0.005 m, 0.095 m cruise in 0.95 s.
+        // 1 m at 0.5 m/s into 0.1 m at 0.1 m/s, 1 m/s². First: 0.5 s up (0.125 m), down to 0.1 in 0.4 s (0.12 m), 0.755
+        // m cruise in 1.51 s. Second: 0.1 s down over 0.005 m, 0.095 m cruise in 0.95 s.
         let found = chain(&[(1.0, 0.5), (0.1, 0.1)], 1.0);
         assert!((found - (0.5 + 0.4 + 1.51 + 0.95 + 0.1)).abs() < 1e-12, "{found}");
     }

@@ -1,9 +1,11 @@
 //! The adapters, one file an area.
 
-use serde_json::Value;
-
+mod dwell;
+mod figures;
 mod robots;
+
+use serde_json::Value;
 
 type Adapter = fn(&str, &Value, &Value, &Value) -> Option<Result<Value, String>>;
 
-pub const ADAPTERS: &[Adapter] = &[robots::run];
+pub const ADAPTERS: &[Adapter] = &[dwell::run, figures::run, robots::run];

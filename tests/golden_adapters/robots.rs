@@ -1,5 +1,6 @@
 #![allow(clippy::disallowed_methods, reason = "tests may use the platform's mathematics")]
-//! fk, ik_all_turns, matrix_to_quat_abc, abb_confdata, robtarget_from_joints: millimetres and degrees outside, SI inside.
+//! fk, ik_all_turns, matrix_to_quat_abc, abb_confdata, robtarget_from_joints: millimetres and degrees outside, SI
+//! inside.
 
 use nalgebra::{Translation3, UnitQuaternion};
 use polishc::job;
@@ -30,7 +31,8 @@ fn fk(input: &Value, expected: &Value, document: &Value) -> Result<Value, String
     }))
 }
 
-/// Sorted like the expected list: both by their numbers, to a thousandth of a degree, so that rounding does not swap two.
+/// Sorted like the expected list: both by their numbers, to a thousandth of a degree, so that rounding does not swap
+/// two.
 fn ik_all_turns(input: &Value, expected: &Value, document: &Value) -> Result<Value, String> {
     let arm = arm(input, document)?;
     let [x, y, z] = numbers(&input["flange_position_mm"])?.map(|a| a * 1e-3);
