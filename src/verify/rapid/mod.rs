@@ -87,46 +87,46 @@ pub fn check(program: &Program, motion: &Motion, job: &Job, rapid: &Rapid, robot
     let digest = crate::target::rapid::digest(motion, job);
     let wanted = Wanted { motion, job, rapid, robot, cell, arm, names, digest };
     let mut findings = Findings::default();
-    let chunks = program.files.len().saturating_sub(1);
     let file = |module: &str| -> Option<&ProgramFile> {
         let name = wanted.names.file(module);
         program.files.iter().find(|file| file.name.eq_ignore_ascii_case(&name))
     };
-    // A dry run and a polishing program of one job differ in their names.
-    let modules: Vec<String> =
-        std::iter::once(wanted.names.module.clone()).chain((0..chunks).map(|k| wanted.names.chunk_module(k))).collect();
-    let files: Vec<Option<&ProgramFile>> = modules.iter().map(|module| file(module)).collect();
-    for (module, _) in modules.iter().zip(&files).filter(|(_, file)| file.is_none()) {
-        findings.add(|| missing_file(&wanted, module));
-    }
-    for file in &program.files {
-        if !files.iter().flatten().any(|known| std::ptr::eq(*known, file)) {
-            findings.add(|| {
-                let name = file.name.escape_default();
-                Problem::error(
-                    E1002,
-                    "target.module",
-                    format!("`{name}` is not a file of the program `{}`", modules[0]),
-                )
-                .help("give the main module and all modules that it loads, and nothing else")
-            });
-        }
-    }
-    if chunks == 0 {
-        findings.add(|| missing_file(&wanted, &wanted.names.chunk_module(0)));
-    }
-    if findings.count > 0 {
-        return findings.into_problems();
-    }
-    let files: Vec<&ProgramFile> = files.into_iter().flatten().collect();
-    let Some((main_file, chunk_files)) = files.split_first() else { return findings.into_problems() };
+    let Some(main_file) = file(&wanted.names.module) else {
+        return vec![missing_file(&wanted, &wanted.names.module)];
+    };
     let main = match reader::read(&main_file.bytes) {
         Ok(module) => module,
         Err(fault) => return vec![unreadable(main_file, &fault)],
     };
+    // As many modules as are called, or as are given: what is missing on one side is then found on the other.
+    let calls = |routine: &syntax::Routine| {
+        routine.body.iter().filter(|statement| matches!(statement.what, syntax::What::LateCall(_))).count()
+    };
+    let called = main.routines.iter().map(calls).max().unwrap_or(0);
+    let chunks = called.max(program.files.len() - 1).max(1);
+    let modules: Vec<String> = (0..chunks).map(|k| wanted.names.chunk_module(k)).collect();
+    let mut files: Vec<&ProgramFile> = Vec::with_capacity(chunks);
+    for module in &modules {
+        match file(module) {
+            Some(file) => files.push(file),
+            None => findings.add(|| missing_file(&wanted, module)),
+        }
+    }
+    for file in &program.files {
+        if !std::ptr::eq(file, main_file) && !files.iter().any(|known| std::ptr::eq(*known, file)) {
+            findings.add(|| {
+                let (name, module) = (file.name.escape_default(), &wanted.names.module);
+                Problem::error(E1002, "target.module", format!("`{name}` is not a file of the program `{module}`"))
+                    .help("give the main module and all modules that it loads, and nothing else")
+            });
+        }
+    }
+    if findings.count > 0 {
+        return findings.into_problems();
+    }
     // The main module first: the moves are replayed with the tool and the work object that it declares.
-    let frames = main_module::check(&wanted, &main_file.name, &main, chunk_files.len(), &mut findings);
-    path::check(&wanted, &main, &frames, chunk_files, &mut findings);
+    let frames = main_module::check(&wanted, &main_file.name, &main, chunks, &mut findings);
+    path::check(&wanted, &main, &frames, &files, &mut findings);
     findings.into_problems()
 }
 
