@@ -10,7 +10,7 @@ use super::types::listed;
 use crate::diagnostics::{Diagnostic, codes};
 use crate::source::{FileError, FileId, FileProvider, Sources, Span};
 use crate::syntax;
-use crate::syntax::ast::{Ast, Expr, ItemKind, Name, Type as TypeSyntax, TypeKind, UsePath};
+use crate::syntax::ast::{Ast, Expr, ExprKind, ItemKind, Name, Type as TypeSyntax, TypeKind, UsePath};
 use std::collections::BTreeMap;
 
 /// Largest source file in bytes: a hundred times the largest job we can imagine; beyond it somebody named a data file.
@@ -37,12 +37,13 @@ pub struct Module {
     pub uses: Vec<Use>,
 }
 
-/// A `use` that was found.
+/// What a `use` brings.
 #[derive(Debug)]
 pub struct Use {
     /// The name that it brings.
     pub name: Name,
-    pub module: ModuleId,
+    /// `None` if the file cannot be used; that has been said, and the name is not to be called unknown.
+    pub module: Option<ModuleId>,
     /// Whether the name means the module itself (`use "cell.polish"`) or the item of that name in it (`use std.…`).
     pub whole: bool,
 }
@@ -143,9 +144,11 @@ impl Loader<'_> {
         self.out.diagnostics.extend(mistakes);
         let id = ModuleId(self.out.modules.len());
         self.known.insert(path.to_string(), id);
-        let uses: Vec<UsePath> =
-            ast.items.iter().filter_map(|item| if let ItemKind::Use(u) = &item.kind { Some(u.clone()) } else { None }).collect();
-        self.check_language(&ast, file, &broken);
+        let uses: Vec<UsePath> = ast
+            .items
+            .iter()
+            .filter_map(|item| if let ItemKind::Use(u) = &item.kind { Some(u.clone()) } else { None })
+            .collect();
         self.out.modules.push(Module { file, path: path.to_string(), library, ast, broken, uses: Vec::new() });
         self.chain.push(id);
         for used in uses {
@@ -159,26 +162,6 @@ impl Loader<'_> {
         id
     }
 
-    fn check_language(&mut self, ast: &Ast, file: FileId, broken: &[Span]) {
-        match ast.language {
-            Some((1, _)) => {}
-            Some((number, span)) => self.out.diagnostics.push(
-                Diagnostic::error(codes::E0212, span, format!("this compiler knows language 1, not language {number}"))
-                    .help("write `language 1`, or use a newer polishc"),
-            ),
-            // The parser has said why it could not read the line.
-            None if !broken.is_empty() => {}
-            None => {
-                let start = Span::new(file, 0, 0);
-                self.out.diagnostics.push(
-                    Diagnostic::error(codes::E0212, start, "the file does not say which language it is written in")
-                        .help("begin the file with `language 1`")
-                        .suggest(start, "language 1\n\n"),
-                );
-            }
-        }
-    }
-
     fn use_library(&mut self, words: &[Name]) -> Option<Use> {
         let (first, last) = (words.first()?, words.last()?.clone());
         let span = first.span.to(last.span);
@@ -188,14 +171,18 @@ impl Loader<'_> {
         if let Some(file) = library::FILES.iter().find(|file| file.module == module) {
             if file.core {
                 self.out.diagnostics.push(
-                    Diagnostic::error(codes::E0203, span, format!("`{written}` is visible everywhere and cannot be used"))
-                        .help("delete this line"),
+                    Diagnostic::error(
+                        codes::E0203,
+                        span,
+                        format!("`{written}` is visible everywhere and cannot be used"),
+                    )
+                    .help("delete this line"),
                 );
                 return None;
             }
             let known = self.known.get(file.path).copied();
             let module = known.unwrap_or_else(|| self.file(file.path, file.text.to_string(), Some(file)));
-            return Some(Use { name: last, module, whole: false });
+            return Some(Use { name: last, module: Some(module), whole: false });
         }
         let mut diagnostic = Diagnostic::error(codes::E0203, span, format!("there is no module `{written}`"));
         let names: Vec<String> = usable().map(|file| format!("std.{}", file.module)).collect();
@@ -205,7 +192,7 @@ impl Loader<'_> {
             diagnostic = diagnostic.help("a module's name begins with `std`; a file is used by its name in quotes");
         }
         self.out.diagnostics.push(diagnostic.note(format!("modules: {}", listed(names.iter().map(String::as_str)))));
-        None
+        Some(Use { name: last, module: None, whole: false })
     }
 
     fn use_file(&mut self, from: ModuleId, said: &str, span: Span) -> Option<Use> {
@@ -214,8 +201,12 @@ impl Loader<'_> {
         let plain = stem.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_');
         if !plain || !stem.starts_with(|c: char| c.is_ascii_lowercase()) {
             self.out.diagnostics.push(
-                Diagnostic::error(codes::E0204, span, format!("`{said}` cannot be used: its name does not make a name in the language"))
-                    .help("name the file in small letters, digits and `_`, ending in `.polish`: `cell.polish`"),
+                Diagnostic::error(
+                    codes::E0204,
+                    span,
+                    format!("`{said}` cannot be used: its name does not make a name in the language"),
+                )
+                .help("name the file in small letters, digits and `_`, ending in `.polish`: `cell.polish`"),
             );
             return None;
         }
@@ -231,9 +222,9 @@ impl Loader<'_> {
             Ok((_, Err(module))) => {
                 if let Some(start) = self.chain.iter().position(|link| *link == module) {
                     self.report_circle(start, span);
-                    return None;
+                    return Some(Use { name, module: None, whole: true });
                 }
-                Some(Use { name, module, whole: true })
+                Some(Use { name, module: Some(module), whole: true })
             }
             Ok((path, Ok(text))) => {
                 if self.out.modules.len() >= MOST_FILES {
@@ -241,13 +232,12 @@ impl Loader<'_> {
                     if !self.out.diagnostics.iter().any(|d| d.message == message) {
                         self.out.diagnostics.push(Diagnostic::error(codes::E0204, span, message));
                     }
-                    return None;
+                    return Some(Use { name, module: None, whole: true });
                 }
-                Some(Use { name, module: self.file(&path, text, None), whole: true })
+                Some(Use { name, module: Some(self.file(&path, text, None)), whole: true })
             }
             Err(why) => {
-                let mut diagnostic =
-                    Diagnostic::error(why.code(), span, format!("the file `{said}` {}", why.words()));
+                let mut diagnostic = Diagnostic::error(why.code(), span, format!("the file `{said}` {}", why.words()));
                 diagnostic = match &why {
                     Unusable::File(FileError::Outside) => diagnostic
                         .note("a project is the nearest folder upward with a `polish.toml`, else the job's own folder")
@@ -255,7 +245,7 @@ impl Loader<'_> {
                     _ => diagnostic.note(format!("it is looked for beside `{}`", self.out.modules[from.0].path)),
                 };
                 self.out.diagnostics.push(diagnostic);
-                None
+                Some(Use { name, module: None, whole: true })
             }
         }
     }
@@ -263,7 +253,9 @@ impl Loader<'_> {
     fn report_circle(&mut self, start: usize, span: Span) {
         let names: Vec<&str> = self.chain[start..].iter().map(|id| self.out.modules[id.0].path.as_str()).collect();
         let diagnostic = match names.as_slice() {
-            [one] => Diagnostic::error(codes::E0209, span, format!("the file `{one}` uses itself")).help("delete this line"),
+            [one] => {
+                Diagnostic::error(codes::E0209, span, format!("the file `{one}` uses itself")).help("delete this line")
+            }
             [first, rest @ ..] => {
                 let way = rest.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", which uses ");
                 let message = format!("the file `{first}` uses itself: it uses {way}, which uses `{first}`");
@@ -284,7 +276,12 @@ impl Loader<'_> {
         }
         for (name, value) in sets {
             let Some(bare) = params.get(name) else {
-                let mut diagnostic = Diagnostic::placeless(codes::E0214, format!("`--set {name}`: the job has no `param {name}`"));
+                // A syntax error may have swallowed the parameter.
+                if !self.out.modules[0].broken.is_empty() {
+                    continue;
+                }
+                let mut diagnostic =
+                    Diagnostic::placeless(codes::E0214, format!("`--set {name}`: the job has no `param {name}`"));
                 if let Some(near) = nearest(name, params.keys().map(String::as_str)) {
                     diagnostic = diagnostic.help(format!("did you mean `{near}`?"));
                 }
@@ -299,7 +296,7 @@ impl Loader<'_> {
                 self.out.diagnostics.push(Diagnostic::placeless(codes::E0214, message).help("give it once"));
                 continue;
             }
-            let head = "let value = ";
+            let head = "language 1\nlet value = ";
             let quoted = value.len() >= 2 && value.starts_with('"') && value.ends_with('"');
             if *bare && !quoted {
                 let file = self.out.sources.add(format!("--set {name}"), value.as_str());
@@ -318,6 +315,10 @@ impl Loader<'_> {
                 _ => None,
             };
             match one {
+                // A file in quotes is as much relative to the working directory as one without.
+                Some(Expr { kind: ExprKind::Text(text), span }) if *bare => {
+                    self.out.sets.insert(name.clone(), SetValue::Bare(text, span));
+                }
                 Some(expression) => {
                     self.out.sets.insert(name.clone(), SetValue::Expression(expression));
                 }
@@ -328,7 +329,7 @@ impl Loader<'_> {
                     diagnostic.notes.extend(mistakes.into_iter().map(|mistake| mistake.message));
                     self.out.diagnostics.push(diagnostic.help("write it as in the job: `--set pitch=0.4mm`"));
                     // The parameter counts as given, so that nothing more is said about it.
-                    let failed = Expr { span, kind: crate::syntax::ast::ExprKind::Missing };
+                    let failed = Expr { span, kind: ExprKind::Missing };
                     self.out.sets.insert(name.clone(), SetValue::Expression(failed));
                 }
             }

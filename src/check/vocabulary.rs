@@ -139,6 +139,16 @@ impl<'a> Checker<'a> {
         false
     }
 
+    /// Whether another family has a member of this name: each family's members are looked up first where it is
+    /// expected, so `frame_centre` may be a map's centre and a spot's origin.
+    fn is_member_beside(&self, module: ModuleId, schema: &SchemaSyntax) -> bool {
+        let Some(family) = &schema.family else { return false };
+        let other =
+            [&self.scopes[module.0], &self.core].into_iter().find_map(|scope| scope.schemas.get(&schema.name.text));
+        let other = other.and_then(|id| self.vocabulary.schema(*id).family);
+        other.is_some_and(|other| self.vocabulary.family(other).name != family.text)
+    }
+
     fn declare_family(&mut self, module: ModuleId, item: &Item, name: &Name) {
         if !self.type_is_free(module, name) {
             return;
@@ -157,7 +167,7 @@ impl<'a> Checker<'a> {
     }
 
     fn declare_schema(&mut self, module: ModuleId, item: &Item, schema: &SchemaSyntax) -> Option<SchemaId> {
-        if !self.type_is_free(module, &schema.name) {
+        if !self.is_member_beside(module, schema) && !self.type_is_free(module, &schema.name) {
             return None;
         }
         let id = SchemaId(self.vocabulary.schemas.len());
@@ -192,16 +202,20 @@ impl<'a> Checker<'a> {
             checks: Vec::new(),
         });
         let scope = if self.is_core(module) { &mut self.core } else { &mut self.scopes[module.0] };
-        scope.schemas.insert(schema.name.text.clone(), id);
+        scope.schemas.entry(schema.name.text.clone()).or_insert(id);
         Some(id)
     }
 
     fn declare_use(&mut self, module: ModuleId, used: &super::load::Use) {
+        let Some(brought) = used.module else {
+            self.bind_value(module, &used.name, Binding::Failed);
+            return;
+        };
         if used.whole {
-            self.bind_value(module, &used.name, Binding::Module(used.module));
+            self.bind_value(module, &used.name, Binding::Module(brought));
             return;
         }
-        let inside = &self.scopes[used.module.0];
+        let inside = &self.scopes[brought.0];
         let value = inside.values.get(&used.name.text).map(|(binding, _)| *binding);
         let schema = inside.schemas.get(&used.name.text).copied();
         if let Some(binding) = value {
@@ -223,7 +237,9 @@ impl<'a> Checker<'a> {
             let first = *first;
             let message = format!("the name `{}` is defined twice in this file", name.text);
             self.say(
-                Diagnostic::error(codes::E0206, name.span, message).also(first, "the first one").help("choose another name"),
+                Diagnostic::error(codes::E0206, name.span, message)
+                    .also(first, "the first one")
+                    .help("choose another name"),
             );
             return;
         }
@@ -306,10 +322,6 @@ impl<'a> Checker<'a> {
                 return Type::Schema(*schema);
             }
         }
-        // A set of one symbol looks like a schema's name. Only stdlib has such sets; elsewhere it is a slip.
-        if self.is_library(module) && name.starts_with(|c: char| c.is_lowercase()) {
-            return Type::Symbols(Arc::new(vec![Symbol { name: name.to_string(), doc: String::new() }]));
-        }
         self.say_unknown_type(module, span, name);
         Type::Failed
     }
@@ -332,14 +344,13 @@ impl<'a> Checker<'a> {
                 let field = &self.vocabulary.schemas[id.0].fields[index];
                 let (ty, what, span) = (field.ty.clone(), format!("`{}`", field.name), field.span);
                 let Some(written) = syntax.fields.iter().find(|f| f.name.span == span) else { continue };
-                let default =
-                    written.default.as_ref().map(|value| self.wanted(place, value, ty.clone(), what.clone()));
+                let default = written.default.as_ref().map(|value| self.wanted(place, value, ty.clone(), what.clone()));
                 let element = ty.element().clone();
-                let restriction =
-                    written.restriction.as_ref().map(|limit| self.limit(place, limit, &element, &what));
-                let usual = written.usual.as_ref().map(|range| {
-                    self.limit(place, &Restriction::Range(range.clone()), &element, &what)
-                });
+                let restriction = written.restriction.as_ref().map(|limit| self.limit(place, limit, &element, &what));
+                let usual = written
+                    .usual
+                    .as_ref()
+                    .map(|range| self.limit(place, &Restriction::Range(range.clone()), &element, &what));
                 let field = &mut self.vocabulary.schemas[id.0].fields[index];
                 (field.default, field.restriction, field.usual) = (default, restriction, usual);
             }

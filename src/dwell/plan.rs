@@ -58,7 +58,7 @@ pub struct Figures {
     pub floor: f64,
     /// Time on the lines and on the ways between them on the surface; a kinematic estimate.
     pub time: f64,
-    /// Programmed speeds of segments that reach the clear aperture, m/s.
+    /// Programmed speeds of the segments inside the clear aperture, m/s: those that do at least half of their work there.
     pub least_speed: f64,
     pub greatest_speed: f64,
     /// Part of those segments whose time lies at one of its bounds.
@@ -76,12 +76,17 @@ pub struct Figures {
 /// Rounds of limiting and solving again. After six the bounds hardly move (measured in the model's study of limits).
 const MOST_ROUNDS: usize = 6;
 
+/// Part of the residual that the arm's limits may cost, or another round must gain: a twentieth of the residual is less
+/// than what the influence function is known to.
+const LIMIT_COST: f64 = 0.05;
+
 /// Steps of a solve that starts from a solved neighbour.
 const LATER_ITERATIONS: usize = 40;
 
 /// When the solver stops. Heights below a hundredth of a nanometre are beneath every interferometer's repeatability;
 /// ten steps that together gain less than 1 % of the RMS are not worth their time.
-const STOP: Stop = Stop { most_iterations: 200, relative_decrease: 0.01, rms: 1e-11, relative_step: 1e-9 };
+const STOP: Stop =
+    Stop { most_iterations: 200, relative_decrease: 0.01, elsewhere: 0.0, rms: 1e-11, relative_step: 1e-9 };
 
 /// Solves the dwell of a run. Oddities that leave it usable are said to `warnings`.
 ///
@@ -116,24 +121,28 @@ pub fn solve(task: Task, warnings: &mut Vec<Problem>) -> Result<Outcome, Problem
     let slowest = vec![limits.least; segments.length.len()];
     let mut upper = speed::times(&slowest, &segments, &limits);
     raise(&mut upper, &lower);
-    let start = start(&mut operator, &coarse, &segments, &depths, base)?;
+    let (start, inside) = start(&mut operator, &coarse, &segments, &depths, base)?;
 
+    let stop = Stop { elsewhere: (1.0 - fraction) * coarse.rms(), ..STOP };
     let mut solved = {
         let wanted = Wanted { depths: &depths, weights: &coarse.weights, lower: &lower, upper: &upper, base };
-        least_squares::solve(&mut operator, &wanted, &start, STOP)
+        least_squares::solve(&mut operator, &wanted, &start, stop)
     };
     let (mut iterations, mut rounds) = (solved.iterations, 1);
     let mut best: Option<(f64, Vec<f64>)> = None;
+    let all = |rms: f64| libm::hypot(rms, stop.elsewhere);
     loop {
         let speeds = speed::for_times(&solved.times, &segments, &limits);
         let times = speed::times(&speeds, &segments, &limits);
         let wanted = Wanted { depths: &depths, weights: &coarse.weights, lower: &lower, upper: &upper, base };
         let (rms, _) = least_squares::evaluate(&mut operator, &wanted, &times);
-        if best.as_ref().is_none_or(|(best, _)| rms < *best) {
+        let earlier = best.as_ref().map_or(f64::INFINITY, |(rms, _)| *rms);
+        if rms < earlier {
             best = Some((rms, speeds));
         }
-        // Good enough: what the arm's limits cost is below one part in a hundred of the residual.
-        if rounds > MOST_ROUNDS || rms <= 1.01 * solved.rms || rms <= STOP.rms {
+        // Good enough: what the arm's limits cost is small beside the residual, or another round gained nothing.
+        let cheap = all(rms) <= (1.0 + LIMIT_COST) * all(solved.rms) || rms <= STOP.rms;
+        if cheap || rounds > MOST_ROUNDS || rms > (1.0 - LIMIT_COST) * earlier {
             break;
         }
         for i in 0..times.len() {
@@ -143,23 +152,24 @@ pub fn solve(task: Task, warnings: &mut Vec<Problem>) -> Result<Outcome, Problem
         }
         raise(&mut upper, &lower);
         let wanted = Wanted { depths: &depths, weights: &coarse.weights, lower: &lower, upper: &upper, base };
-        let stop = Stop { most_iterations: LATER_ITERATIONS, ..STOP };
+        let stop = Stop { most_iterations: LATER_ITERATIONS, ..stop };
         solved = least_squares::solve(&mut operator, &wanted, &times, stop);
         iterations += solved.iterations;
         rounds += 1;
     }
     let (solver_rms, mut speeds) = best.unwrap_or_default();
     speed::round(&mut speeds, &segments, &limits, task.speed_step);
-    let reaching: Vec<usize> = (0..speeds.len()).filter(|&i| operator.reaches(i)).collect();
-    let at_bounds = reaching.iter().filter(|&&i| speeds[i] <= limits.least || speeds[i] >= fastest[i]).count();
+    let step = task.speed_step;
+    let at_bound = |i: &&usize| speeds[**i] < limits.least + step || speeds[**i] > fastest[**i] - step;
+    let at_bounds = inside.iter().filter(at_bound).count();
     let timed = timed_path(task.path, &segments, &speeds, &limits, task.speed_step);
     let mut outcome = predict(timed, &footprint, task.error, task.clear, dwell)?;
-    let speed_of = |pick: fn(f64, f64) -> f64, from: f64| reaching.iter().fold(from, |s, &i| pick(s, speeds[i]));
+    let speed_of = |pick: fn(f64, f64) -> f64, from: f64| inside.iter().fold(from, |s, &i| pick(s, speeds[i]));
     outcome.figures = Figures {
         floor,
         least_speed: speed_of(f64::min, limits.greatest),
         greatest_speed: speed_of(f64::max, 0.0),
-        at_bounds: at_bounds as f64 / reaching.len().max(1) as f64,
+        at_bounds: at_bounds as f64 / inside.len().max(1) as f64,
         overrun: ends.least_overrun,
         iterations,
         rounds,
@@ -335,6 +345,16 @@ impl Field {
     fn greatest(&self) -> f64 {
         let inside = self.values.iter().zip(&self.weights).filter(|(_, weight)| **weight > 0.0);
         inside.fold(f64::NEG_INFINITY, |most, (value, _)| most.max(*value))
+    }
+
+    /// Root mean square about the mean, weighted.
+    fn rms(&self) -> f64 {
+        let weight: f64 = self.weights.iter().sum();
+        let mean = |value: &dyn Fn(f64) -> f64| {
+            self.values.iter().zip(&self.weights).map(|(v, w)| w * value(*v)).sum::<f64>() / weight
+        };
+        let centre = mean(&|v| v);
+        mean(&|v| (v - centre) * (v - centre)).sqrt()
     }
 
     /// Means over whole pixels that stay at most `side` wide, weighted by the area that counts. The field itself where
@@ -525,14 +545,14 @@ fn check_base(
 }
 
 /// Times to start from: as long on each segment as the wanted depth around it asks for, against what a unit of
-/// slowness removes there.
+/// slowness removes there. Beside them, the segments that do at least half of their work inside the clear aperture.
 fn start(
     operator: &mut Removal,
     field: &Field,
     segments: &Segments,
     depths: &[f64],
     base: Base,
-) -> Result<Vec<f64>, Problem> {
+) -> Result<(Vec<f64>, Vec<usize>), Problem> {
     let inside = |i: usize| field.weights[i] > 0.0;
     let mut unit = vec![0.0; depths.len()];
     operator.forward(&segments.length, &mut unit);
@@ -556,13 +576,17 @@ fn start(
     let (mut local_wanted, mut local_have) = (vec![0.0; segments.length.len()], vec![0.0; segments.length.len()]);
     operator.transpose(&wanted, &mut local_wanted);
     operator.transpose(&have, &mut local_have);
-    Ok((0..segments.length.len())
+    let mut work = vec![0.0; segments.length.len()];
+    operator.transpose(&field.weights, &mut work);
+    let whole = work.iter().fold(0.0f64, |most, w| most.max(*w));
+    let start = (0..segments.length.len())
         .map(|i| {
-            // Where the segment hardly reaches the aperture the quotient is noise; its bounds then decide.
-            let slowness = local_wanted[i] / local_have[i];
-            if slowness.is_finite() && slowness > 0.0 { segments.length[i] * slowness } else { 0.0 }
+            // Where a segment does less than a millionth of its work inside the aperture the quotient is rounding noise;
+            // its time cannot matter, and it gets the shortest.
+            if work[i] > 1e-6 * whole { segments.length[i] * local_wanted[i] / local_have[i] } else { 0.0 }
         })
-        .collect())
+        .collect();
+    Ok((start, (0..work.len()).filter(|&i| work[i] >= 0.5 * whole).collect()))
 }
 
 fn timed_path(path: ToolPath, segments: &Segments, speeds: &[f64], limits: &Limits, step: f64) -> TimedPath {

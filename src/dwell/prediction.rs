@@ -180,3 +180,84 @@ impl Table {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::footprint::examples::gaussian;
+    use super::super::removal::{Samples, deposit};
+    use super::*;
+    use crate::path::{Line, Link, Points, ToolPath};
+
+    const SIGMA: f64 = 2e-3;
+    const LIMITS: Limits = Limits { least: 1e-4, greatest: 0.1, acceleration: 0.5 };
+
+    /// Three lines of 30 mm, askew, points 2 mm apart.
+    fn path() -> ToolPath {
+        let mut path = ToolPath { points: Points::default(), lines: Vec::new() };
+        for line in 0..3 {
+            let start = path.points.len();
+            for i in 0..16 {
+                let (u, v) = (i as f64 * 2e-3 - 15e-3, line as f64 * 1.3e-3 - 1.3e-3);
+                path.points.push([0.8 * u - 0.6 * v, 0.6 * u + 0.8 * v, 0.0], [0.0, 0.0, 1.0]);
+            }
+            path.lines.push(Line { points: start..path.points.len(), link: Link::OnSurface });
+        }
+        path
+    }
+
+    fn timed(speed: impl Fn(usize) -> f64) -> TimedPath {
+        let path = path();
+        let speed = (0..path.points.len()).map(speed).collect();
+        TimedPath { path, speed }
+    }
+
+    fn window(pixel: f64) -> Window {
+        let n = (60e-3 / pixel).round() as usize;
+        Window { columns: n, rows: n + 3, pixel: [pixel; 2], origin: [-30e-3; 2] }
+    }
+
+    #[test]
+    fn volume_is_rate_times_time() {
+        // Everything lands inside the window; the sum over pixels of sigma/4 integrates the cut Gaussian to 2e-3 (the jump
+        // of exp(-4.5) = 1.1 % of the peak at its rim is what the grid resolves worst).
+        let footprint = gaussian(1e-8, SIGMA, 6e-3);
+        let timed = timed(|i| if i % 16 < 8 { 0.02 } else { 0.025 });
+        let window = window(SIGMA / 4.0);
+        let volume: f64 =
+            removal(&timed, &footprint, &LIMITS, &window).iter().sum::<f64>() * (SIGMA / 4.0) * (SIGMA / 4.0);
+        // By hand, a line: 7 segments of 2 mm at 20 mm/s and 8 at 25 mm/s take 0.7 s and 0.64 s; starting adds v/2a =
+        // 0.02 s, stopping 0.025 s, the change from 20 to 25 mm/s (5e-3)² / (2 a v) = 0.001 s.
+        let time = 3.0 * (0.7 + 0.64 + 0.02 + 0.025 + 0.001);
+        let expected = footprint.volume_rate * time;
+        assert!((volume - expected).abs() < 2e-3 * expected, "{volume} {expected}");
+    }
+
+    #[test]
+    fn table_agrees_with_the_definition() {
+        // At a constant speed with an acceleration so high that ramps vanish, against the definition.
+        let footprint = gaussian(1e-8, SIGMA, 6e-3);
+        let limits = Limits { acceleration: 1e6, ..LIMITS };
+        let timed = timed(|i| 0.01 + 0.001 * (i % 16) as f64);
+        let window = window(SIGMA / 4.0);
+        let found = removal(&timed, &footprint, &limits, &window);
+        let segments = Segments::new(&timed.path);
+        let times: Vec<f64> = segments.point.iter().map(|&p| 2e-3 / timed.speed[p]).collect();
+        let exact = deposit(&Samples::segments(&timed.path, SIGMA / 2.0), &times, &footprint, &window);
+        let greatest = exact.iter().fold(0.0f64, |m, d| m.max(*d));
+        let worst = exact.iter().zip(&found).fold(0.0f64, |m, (e, f)| m.max((e - f).abs()));
+        // The rim of the cut Gaussian, 1.1 % of the peak, is smeared over an eighth of a pixel.
+        assert!(worst < 1.5e-3 * greatest, "{}", worst / greatest);
+    }
+
+    #[test]
+    fn threads_do_not_change_a_bit() {
+        let footprint = gaussian(1e-8, SIGMA, 6e-3);
+        let timed = timed(|i| 0.01 + 0.001 * (i % 16) as f64);
+        let with = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+            pool.install(|| removal(&timed, &footprint, &LIMITS, &window(SIGMA / 4.0)))
+        };
+        let one = with(1);
+        assert!(one == with(2) && one == with(8));
+    }
+}

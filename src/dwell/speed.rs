@@ -173,21 +173,133 @@ pub fn part_times(
     let stop = if stops { speed * speed / (2.0 * acceleration) } else { 0.0 };
     let sign = if speed >= before { 1.0 } else { -1.0 };
     let start_time = (speed - before).abs() / acceleration;
-    let when = |s: f64| {
+    // `rest` is what is left of the segment; it is passed beside `s` so that it vanishes exactly at the end, where the
+    // root would blow up its rounding.
+    let when = |s: f64, rest: f64| {
         if s < start {
             let now = (before * before + 2.0 * sign * acceleration * s).max(0.0).sqrt();
             (now - before).abs() / acceleration
-        } else if s <= length - stop {
+        } else if rest >= stop {
             start_time + (s - start) / speed
         } else {
-            let now = (2.0 * acceleration * (length - s)).max(0.0).sqrt();
+            let now = (2.0 * acceleration * rest).sqrt();
             start_time + (length - stop - start) / speed + (speed - now) / acceleration
         }
     };
     let mut earlier = 0.0;
     for part in 0..parts {
-        let now = when(length * (part + 1) as f64 / parts as f64);
+        let share = |count: usize| length * count as f64 / parts as f64;
+        let now = when(share(part + 1), share(parts - part - 1));
         each(part, now - earlier);
         earlier = now;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// One line of segments of these lengths in metres.
+    fn line(lengths: &[f64]) -> Segments {
+        Segments { length: lengths.to_vec(), start: vec![0, lengths.len()], point: (1..=lengths.len()).collect() }
+    }
+
+    const LIMITS: Limits = Limits { least: 1e-4, greatest: 0.1, acceleration: 0.5 };
+
+    #[test]
+    fn full_feed_follows_the_ramp_of_constant_acceleration() {
+        // 4 mm segments at 0.5 m/s²: v² grows by 2 a ds = 0.004 m²/s² a segment, so v = sqrt(0.004 n), full feed
+        // (0.01) within three: 0.0632, 0.0894, 0.1. The last segment holds v² <= a ds = 0.002: 0.0447; before it
+        // v² <= 0.002 + 0.002 = 0.004, and 0.008 before that.
+        let segments = line(&[4e-3; 8]);
+        let mut speeds = [0.1; 8];
+        limit(&mut speeds, &segments, &LIMITS);
+        let expected = [0.004, 0.008, 0.01, 0.01, 0.01, 0.008, 0.004, 0.002].map(|square: f64| square.sqrt());
+        for (found, expected) in speeds.iter().zip(expected) {
+            assert!((found - expected).abs() < 1e-15);
+        }
+    }
+
+    #[test]
+    fn time_of_an_accelerating_segment() {
+        // From rest to 0.05 m/s at 0.5 m/s²: 0.1 s and 2.5 mm. The other 2.5 mm of the first segment at 0.05 m/s:
+        // 0.05 s. Second, 0.04 m/s: the change takes 0.02 s and (0.0025 - 0.0016) / 1 = 0.9 mm, the other 4.1 mm 0.1025 s,
+        // of which the stop from 0.04 m/s takes 1.6 mm in 0.08 s instead of 0.04 s: 0.04 s more.
+        let segments = line(&[5e-3, 5e-3]);
+        let found = times(&[0.05, 0.04], &segments, &LIMITS);
+        assert!((found[0] - 0.15).abs() < 1e-15 && (found[1] - (0.02 + 0.1025 + 0.04)).abs() < 1e-15, "{found:?}");
+    }
+
+    #[test]
+    fn parts_of_an_accelerating_segment() {
+        // The first segment above in four parts of 1.25 mm: sqrt(2 s / a) = 0.0707 s to 1.25 mm, 0.1 s to 2.5 mm, then
+        // 0.025 s each.
+        let mut found = Vec::new();
+        part_times((5e-3, 4), (0.0, 0.05, false), 0.5, |_, time| found.push(time));
+        let expected = [0.005f64.sqrt(), 0.1 - 0.005f64.sqrt(), 0.025, 0.025];
+        for (found, expected) in found.iter().zip(expected) {
+            assert!((found - expected).abs() < 1e-15, "{found} {expected}");
+        }
+        // And the second, which stops: half of it, 2.5 mm, is passed after 0.02 s and (2.5 - 0.9) / 40 = 0.04 s.
+        found.clear();
+        part_times((5e-3, 2), (0.05, 0.04, true), 0.5, |_, time| found.push(time));
+        assert!((found[0] - 0.06).abs() < 1e-15 && (found[0] + found[1] - 0.1625).abs() < 1e-15);
+    }
+
+    proptest! {
+        #[test]
+        fn what_is_limited_can_be_followed(
+            lengths in prop::collection::vec(1e-3f64..6e-3, 1..12),
+            wanted in prop::collection::vec(1e-3f64..0.1, 12),
+            acceleration in 0.01f64..2.0,
+            decimals in 3i32..8,
+        ) {
+            let segments = line(&lengths);
+            let n = lengths.len();
+            let limits = Limits { least: 1e-3, greatest: 0.1, acceleration };
+            let step = 10f64.powi(-decimals);
+            let mut speeds = wanted[..n].to_vec();
+            round(&mut speeds, &segments, &limits, step);
+            let mut before = 0.0f64;
+            for i in 0..n {
+                let v = speeds[i];
+                // Whole multiples, inside the feed, never faster than asked by more than half a step.
+                let count = v / step;
+                prop_assert!((count - count.round()).abs() < 1e-6);
+                prop_assert!(v >= limits.least * (1.0 - 1e-9) && v <= limits.greatest);
+                prop_assert!(v <= wanted[i] + 0.5000001 * step);
+                // The change fits its segment; the last holds the stop too, and together they are no longer than it.
+                let change = (v * v - before * before).abs() / (2.0 * acceleration);
+                let stop = if i + 1 == n { v * v / (2.0 * acceleration) } else { 0.0 };
+                prop_assert!(change + stop <= lengths[i] * (1.0 + 1e-9), "segment {}: {} + {} in {}", i, change, stop, lengths[i]);
+                // The parts of a segment add up to its time.
+                let mut sum = 0.0;
+                part_times((lengths[i], 5), (before, v, i + 1 == n), acceleration, |_, time| sum += time);
+                let whole = times(&speeds, &segments, &limits)[i];
+                prop_assert!((sum - whole).abs() < 1e-9 * whole, "{} {}", sum, whole);
+                before = v;
+            }
+        }
+
+        #[test]
+        fn speeds_for_times_take_those_times(
+            slowness in prop::collection::vec(0.0f64..1.0, 40),
+        ) {
+            // Smooth times, as a spot asks for: 20 to 30 mm/s, over many segments of 2 mm at 0.5 m/s².
+            let n = slowness.len();
+            let segments = line(&vec![2e-3; n]);
+            let smooth = |i: usize| {
+                let near: Vec<f64> = (i.saturating_sub(6)..(i + 7).min(n)).map(|k| slowness[k]).collect();
+                near.iter().sum::<f64>() / near.len() as f64
+            };
+            let wanted: Vec<f64> = (0..n).map(|i| 2e-3 / (0.02 + 0.01 * smooth(i))).collect();
+            let speeds = for_times(&wanted, &segments, &LIMITS);
+            let found = times(&speeds, &segments, &LIMITS);
+            // Apart from the start and the stop, where the arm sets the pace.
+            for i in 2..n - 2 {
+                prop_assert!((found[i] - wanted[i]).abs() < 1e-4 * wanted[i], "{}: {} {}", i, found[i], wanted[i]);
+            }
+        }
     }
 }

@@ -63,10 +63,10 @@ impl Reader<'_> {
     }
 }
 
-impl<'a> de::Deserializer<'a> for Reader<'a> {
+impl<'de> de::Deserializer<'de> for Reader<'de> {
     type Error = Misfit;
 
-    fn deserialize_any<V: Visitor<'a>>(self, visitor: V) -> Result<V::Value, Misfit> {
+    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Misfit> {
         match &self.0.kind {
             ValueKind::Quantity { .. } => visitor.visit_f64(self.plain_number()?),
             ValueKind::Bool(value) => visitor.visit_bool(*value),
@@ -78,7 +78,7 @@ impl<'a> de::Deserializer<'a> for Reader<'a> {
         }
     }
 
-    fn deserialize_i64<V: Visitor<'a>>(self, visitor: V) -> Result<V::Value, Misfit> {
+    fn deserialize_i64<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Misfit> {
         let value = self.plain_number()?;
         // Up to 2^53 every whole number is exact.
         if value.fract() == 0.0 && value.abs() <= 9_007_199_254_740_992.0 {
@@ -88,14 +88,14 @@ impl<'a> de::Deserializer<'a> for Reader<'a> {
         }
     }
 
-    fn deserialize_option<V: Visitor<'a>>(self, visitor: V) -> Result<V::Value, Misfit> {
+    fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Misfit> {
         match self.0.kind {
             ValueKind::None => visitor.visit_none(),
             _ => visitor.visit_some(self),
         }
     }
 
-    fn deserialize_newtype_struct<V: Visitor<'a>>(self, name: &'static str, visitor: V) -> Result<V::Value, Misfit> {
+    fn deserialize_newtype_struct<V: Visitor<'de>>(self, name: &'static str, visitor: V) -> Result<V::Value, Misfit> {
         match (self.0.as_quantity(), newtype_dimension(name)) {
             (Some(quantity), Some(dimension)) if quantity.dimension == dimension => {
                 let number: F64Deserializer<Misfit> = quantity.value.into_deserializer();
@@ -105,7 +105,7 @@ impl<'a> de::Deserializer<'a> for Reader<'a> {
         }
     }
 
-    fn deserialize_enum<V: Visitor<'a>>(
+    fn deserialize_enum<V: Visitor<'de>>(
         self,
         name: &'static str,
         _variants: &'static [&'static str],

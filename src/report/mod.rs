@@ -200,6 +200,7 @@ pub fn programs(program: Option<&Program>) -> Vec<ProgramResult> {
         .map(|file| ProgramResult {
             file: file.name.clone(),
             bytes: file.bytes.len(),
+            points: file.points,
             blake3: blake3::hash(&file.bytes).to_hex().to_string(),
         })
         .collect()

@@ -55,39 +55,39 @@ pub struct Entries {
 
 /// An opening bracket that still waits for its closer.
 #[derive(Clone, Copy)]
-struct Opener {
-    bracket: Bracket,
-    lexeme: usize,
+pub(super) struct Opener {
+    pub(super) bracket: Bracket,
+    pub(super) lexeme: usize,
 }
 
 /// A group that is being filled.
-struct Frame {
-    group: usize,
-    bracket: Bracket,
-    entry: RawEntry,
+pub(super) struct Frame {
+    pub(super) group: usize,
+    pub(super) bracket: Bracket,
+    pub(super) entry: RawEntry,
     /// Operators of the entry so far, and the depth of the deepest group in it.
-    operators: usize,
-    deepest: usize,
+    pub(super) operators: usize,
+    pub(super) deepest: usize,
     /// Depth of the deepest entry that has ended.
-    depth: usize,
+    pub(super) depth: usize,
 }
 
-struct Matcher<'a> {
-    file: FileId,
-    text: &'a str,
-    lexemes: &'a [Lexeme],
-    groups: Vec<Group>,
-    frames: Vec<Frame>,
-    stack: Vec<Opener>,
+pub(super) struct Matcher<'a> {
+    pub(super) file: FileId,
+    pub(super) text: &'a str,
+    pub(super) lexemes: &'a [Lexeme],
+    pub(super) groups: Vec<Group>,
+    pub(super) frames: Vec<Frame>,
+    pub(super) stack: Vec<Opener>,
     /// The second try: indentation decides between closers.
-    by_indent: bool,
+    pub(super) by_indent: bool,
     /// The first bracket error of the chunk; the others follow from it.
-    bracket_error: Option<Diagnostic>,
-    others: Vec<Diagnostic>,
+    pub(super) bracket_error: Option<Diagnostic>,
+    pub(super) others: Vec<Diagnostic>,
     /// Brackets beyond the limit that are open.
-    beyond: usize,
+    pub(super) beyond: usize,
     /// The limit of depth was passed and said.
-    too_deep: bool,
+    pub(super) too_deep: bool,
 }
 
 /// Cuts the file into entries.
@@ -287,7 +287,7 @@ impl<'a> Matcher<'a> {
         if self.by_indent && self.forgotten_opener(at).is_some() {
             return;
         }
-        if lexeme.kind == LexemeKind::Open(Bracket::Curly) && self.brace_is_late(at) {
+        if lexeme.kind == LexemeKind::Open(Bracket::Curly) && self.brace_is_late(at) || self.name_is_late(at) {
             return;
         }
         self.end_entry();
@@ -302,14 +302,14 @@ impl<'a> Matcher<'a> {
         }
     }
 
-    fn is_spaced(&self, at: usize) -> bool {
+    pub(super) fn is_spaced(&self, at: usize) -> bool {
         self.lexemes
             .get(at + 1)
             .is_some_and(|next| next.start > self.lexemes[at].end && next.line == self.lexemes[at].line)
     }
 
     /// Whether the entry so far asks for more.
-    fn goes_on_after(&self) -> bool {
+    pub(super) fn goes_on_after(&self) -> bool {
         match self.frame().entry.parts.last() {
             Some(&Part::Lexeme(i)) => {
                 matches!(self.lexemes[i].kind, LexemeKind::Operator | LexemeKind::Keyword | LexemeKind::Colon)
@@ -327,52 +327,8 @@ impl<'a> Matcher<'a> {
         }
     }
 
-    /// A `{` on a line of its own belongs to the name that ends the line before it: said, and read so.
-    fn brace_is_late(&mut self, at: usize) -> bool {
-        if self.frame().bracket == Bracket::Square {
-            return false;
-        }
-        let Some(&Part::Lexeme(name)) = self.frame().entry.parts.last() else { return false };
-        if self.lexemes[name].kind != LexemeKind::Word {
-            return false;
-        }
-        let gap = Span { start: self.lexemes[name].end, end: self.lexemes[at].start, file: self.file };
-        let comment = self.text[gap.start as usize..gap.end as usize].contains('/');
-        let mut diagnostic =
-            Diagnostic::error(codes::E0118, self.span(at), "`{` does not stand on the line of the name before it")
-                .also(self.span(name), "the name")
-                .help(format!("write `{} {{` on one line", self.slice(name)));
-        // A comment between the two would be lost by the mend.
-        if !comment {
-            diagnostic = diagnostic.suggest(gap, " ");
-        }
-        self.others.push(diagnostic);
-        true
-    }
-
-    /// A second `name:` in one entry of a record.
-    fn lacks_comma(&self, at: usize) -> bool {
-        let entry = &self.frame().entry;
-        // A colon that is itself forgotten, or written as `=`, does not hide the second field.
-        let first_is_name = |parts: &[Part]| match parts {
-            [Part::Lexeme(name), Part::Lexeme(after), ..] => {
-                self.lexemes[*name].kind == LexemeKind::Word
-                    && (matches!(self.lexemes[*after].kind, LexemeKind::Colon | LexemeKind::Number | LexemeKind::Text)
-                        || self.slice(*after) == "=")
-            }
-            _ => false,
-        };
-        self.frames.len() > 1
-            && !self.in_round()
-            && self.frame().bracket == Bracket::Curly
-            && entry.parts.len() > 2
-            && first_is_name(&entry.parts)
-            && self.names_field(at)
-            && !self.goes_on_after()
-    }
-
     /// A word with a `:` after it on its line.
-    fn names_field(&self, at: usize) -> bool {
+    pub(super) fn names_field(&self, at: usize) -> bool {
         self.lexemes[at].kind == LexemeKind::Word
             && self
                 .lexemes
@@ -448,98 +404,6 @@ impl<'a> Matcher<'a> {
                 self.bracket_error.get_or_insert(diagnostic.help("delete it, or write the bracket that it closes"));
             }
         }
-    }
-
-    /// Whether an opening bracket was forgotten before the lexeme: a field stands where none can, deeper than the line
-    /// that it belongs to, or a closer follows on this line that only such a bracket could explain.
-    fn forgotten_opener(&self, at: usize) -> Option<Bracket> {
-        let entry = &self.frame().entry;
-        let (Some(&Part::Lexeme(first)), Some(&Part::Lexeme(last))) = (entry.parts.first(), entry.parts.last()) else {
-            return None;
-        };
-        let (lexeme, kind) = (&self.lexemes[at], self.lexemes[last].kind);
-        if self.in_round() || last + 1 != at {
-            return None;
-        }
-        let deeper = lexeme.begins_line && lexeme.indent > self.lexemes[first].indent;
-        let headed = matches!(kind, LexemeKind::Word | LexemeKind::Colon) || self.slice(last) == "with";
-        let field = headed && self.names_field(at);
-        // `require` holds no fields; a line that is one word and nothing more can only be its like.
-        let alone = first == last && kind == LexemeKind::Word && lexeme.kind == LexemeKind::Word;
-        if deeper && (field || alone) || !lexeme.begins_line && field && self.is_closed_on_line(at, Bracket::Curly) {
-            return Some(Bracket::Curly);
-        }
-        let list = kind == LexemeKind::Colon
-            && match lexeme.begins_line {
-                true => deeper && self.is_closed_below(at, self.lexemes[first].indent),
-                false => self.is_closed_on_line(at, Bracket::Square),
-            };
-        list.then_some(Bracket::Square)
-    }
-
-    /// A `{` right after a `{`, with no closer of its own on the line.
-    fn is_doubled_opener(&self, at: usize) -> bool {
-        let curly = LexemeKind::Open(Bracket::Curly);
-        at > 0
-            && self.lexemes[at].kind == curly
-            && self.lexemes[at - 1].kind == curly
-            && self.stack.last().is_some_and(|opener| opener.lexeme == at - 1)
-            && !self.is_closed_on_line(at + 1, Bracket::Curly)
-    }
-
-    /// Whether the rest of the line closes more such brackets than the line has opened, before another field begins.
-    fn is_closed_on_line(&self, at: usize, bracket: Bracket) -> bool {
-        // Longer lines are not written by hand; without a bound one endless line would be walked again and again.
-        const WALK: usize = 256;
-        let Some(line) = self.lexemes.get(at).map(|lexeme| lexeme.line) else { return false };
-        let here = |o: &&Opener| o.bracket == bracket && self.lexemes[o.lexeme].line == line;
-        let opened = self.stack.iter().filter(here).count();
-        // Other brackets may be the ones that are wrong: each kind is counted for itself.
-        let (mut depth, mut own, mut closed) = (0usize, 0usize, 0);
-        for lexeme in self.lexemes[at..].iter().take_while(|lexeme| lexeme.line == line).take(WALK) {
-            match lexeme.kind {
-                LexemeKind::Open(opener) => {
-                    depth += 1;
-                    own += usize::from(opener == bracket);
-                }
-                LexemeKind::Close(closer) => {
-                    depth = depth.saturating_sub(1);
-                    if closer == bracket && own == 0 {
-                        closed += 1;
-                    } else if closer == bracket {
-                        own -= 1;
-                    }
-                }
-                LexemeKind::Colon if depth == 0 && closed == 0 && bracket == Bracket::Square => return false,
-                _ => {}
-            }
-        }
-        closed > opened
-    }
-
-    /// Whether the next line that is no deeper than `indent` begins with `]`.
-    fn is_closed_below(&self, at: usize, indent: u32) -> bool {
-        let next = self.lexemes[at..].iter().find(|lexeme| lexeme.begins_line && lexeme.indent <= indent);
-        next.is_some_and(|lexeme| lexeme.kind == LexemeKind::Close(Bracket::Square) && lexeme.indent == indent)
-    }
-
-    fn open_forgotten(&mut self, bracket: Bracket, at: usize) {
-        if self.stack.len() >= BRACKET_LIMIT {
-            return;
-        }
-        let before = at - 1;
-        let open = if bracket == Bracket::Square { "[" } else { "{" };
-        let gap = Span { start: self.lexemes[before].end, end: self.lexemes[before].end, file: self.file };
-        let message = format!("`{open}` is missing after `{}`", self.slice(before));
-        self.bracket_error.get_or_insert_with(|| {
-            Diagnostic::error(codes::E0118, gap, message)
-                .help(format!("write the `{open}` on the line of what it belongs to"))
-                .suggest(gap, format!(" {open}"))
-        });
-        self.stack.push(Opener { bracket, lexeme: before });
-        let start = self.lexemes[at].start;
-        self.groups.push(Group { bracket, start, end: start, entries: Vec::new() });
-        self.frames.push(Frame::new(self.groups.len() - 1, bracket));
     }
 
     /// The level of the opener that this closer closes.
@@ -659,30 +523,30 @@ impl<'a> Matcher<'a> {
         }
     }
 
-    fn frame(&self) -> &Frame {
+    pub(super) fn frame(&self) -> &Frame {
         // The file's own frame is never popped: only brackets on the stack pop a frame.
         self.frames.last().expect("the file's frame")
     }
 
-    fn frame_mut(&mut self) -> &mut Frame {
+    pub(super) fn frame_mut(&mut self) -> &mut Frame {
         self.frames.last_mut().expect("the file's frame")
     }
 
-    fn in_round(&self) -> bool {
+    pub(super) fn in_round(&self) -> bool {
         self.stack.last().is_some_and(|opener| opener.bracket == Bracket::Round)
     }
 
-    fn slice(&self, at: usize) -> &'a str {
+    pub(super) fn slice(&self, at: usize) -> &'a str {
         &self.text[self.lexemes[at].start as usize..self.lexemes[at].end as usize]
     }
 
-    fn span(&self, at: usize) -> Span {
+    pub(super) fn span(&self, at: usize) -> Span {
         Span { file: self.file, start: self.lexemes[at].start, end: self.lexemes[at].end }
     }
 }
 
 impl Frame {
-    fn new(group: usize, bracket: Bracket) -> Frame {
+    pub(super) fn new(group: usize, bracket: Bracket) -> Frame {
         Frame { group, bracket, entry: RawEntry::default(), operators: 0, deepest: 0, depth: 0 }
     }
 

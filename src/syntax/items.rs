@@ -33,7 +33,7 @@ impl<'a> Reader<'a> {
         let groups = self.writer.groups;
         let Some(whole) = groups.first() else { return ast };
         let first = whole.entries.first();
-        if !first.is_some_and(|entry| self.first_word(entry) == Some("language")) {
+        if first.is_none_or(|entry| self.first_word(entry) != Some("language")) {
             self.say_no_language(first);
         }
         let mut outside = false;
@@ -134,6 +134,9 @@ impl<'a> Reader<'a> {
             }
             Rule::use_item => {
                 let what = next?;
+                if self.is_lost(written.part_at(what.as_span().start())) {
+                    return None;
+                }
                 ItemKind::Use(match what.as_rule() {
                     Rule::text => UsePath::File { path: unescape(what.as_str()), span: span(written, &what) },
                     _ => UsePath::Module(

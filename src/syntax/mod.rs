@@ -9,6 +9,7 @@
 pub mod ast;
 mod entries;
 mod expressions;
+mod forgotten;
 mod grammar;
 mod items;
 mod lexemes;

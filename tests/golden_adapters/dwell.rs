@@ -141,7 +141,7 @@ fn bounded_ls(input: &Value) -> Result<Value, String> {
     let (lower, upper) = (vec![number(input, "T_min")?; n], vec![number(input, "T_max")?; n]);
     let weights = vec![1.0; m];
     let wanted = Wanted { depths: &depths, weights: &weights, lower: &lower, upper: &upper, base: Base::Fixed(0.0) };
-    let stop = Stop { most_iterations: 1000, relative_decrease: 0.0, rms: 0.0, relative_step: 1e-13 };
+    let stop = Stop { most_iterations: 1000, relative_decrease: 0.0, elsewhere: 0.0, rms: 0.0, relative_step: 1e-13 };
     let solution = least_squares::solve(&mut operator, &wanted, &lower, stop);
     Ok(json!({ "T_s": solution.times, "rss": solution.rms * solution.rms * m as f64 }))
 }

@@ -231,6 +231,13 @@ fn subtract_takes_off_what_it_names_and_keeps_the_rest() {
     assert!(all.grid.values.iter().all(|v| v.is_finite()));
 }
 
+/// The picture in the part frame with +y up, nothing else done to it: row 0 of the grid is the lowest.
+fn lay_only(raw: &RawMap) -> Grid {
+    let values = (0..COLUMNS * ROWS).map(|i| raw.values[(ROWS - 1 - i / COLUMNS) * COLUMNS + i % COLUMNS]).collect();
+    let pixel = raw.pixel.unwrap();
+    Grid { columns: COLUMNS, rows: ROWS, pixel, origin: [-19.5 * pixel[0], -14.5 * pixel[1]], values }
+}
+
 #[test]
 fn low_orders_on_a_lopsided_aperture_are_the_joint_least_squares_fit() {
     // An aperture off the middle, where piston, tilt and power are far from orthogonal, and a rough map. The oracle is
@@ -239,16 +246,24 @@ fn low_orders_on_a_lopsided_aperture_are_the_joint_least_squares_fit() {
         let (r, c) = (row as f64, column as f64);
         30.0 * (0.7 * r).sin() + 20.0 * (0.4 * c + 0.1 * r * r).cos() + 0.9 * c - 0.05 * r * c + 0.02 * c * c
     };
-    let raw = picture(rough);
+    // A wide piece on one side was not seen: what counts is symmetric about no line, and the filling must not count.
+    let raw =
+        picture(
+            |row, column| {
+                if (4..=13).contains(&row) && (12..=18).contains(&column) { f64::NAN } else { rough(row, column) }
+            },
+        );
     let clear = annulus(9.0, 3.0, crate::workpiece::at(-4.0, 2.5));
     let whole = part(rectangle(20.0, 15.0, None), clear.clone());
-    let asked = HeightMap { subtract: vec![Term::piston, Term::tilt, Term::power], ..map() };
+    let subtract = vec![Term::piston, Term::tilt, Term::power];
+    let asked = HeightMap { subtract, fill_below: Some(Area(20e-6)), ..map() };
     let found = place(&raw, &asked, &whole).0.unwrap();
-    let plain = place(&raw, &map(), &whole).0.unwrap().grid;
+    assert!(found.filled_pixels > 30);
+    let plain = lay_only(&raw);
     let inside: Vec<usize> = (0..plain.values.len())
         .filter(|i| {
             let [x, y] = plain.position(i / plain.columns, i % plain.columns);
-            clear.contains(x, y)
+            clear.contains(x, y) && !plain.values[*i].is_nan()
         })
         .collect();
     let terms = |i: &usize| {
@@ -371,6 +386,18 @@ fn a_map_smaller_than_the_clear_aperture_is_refused_with_the_place() {
     let problem = place(&raw, &off, &part(circle(18.0, None), circle(15.0, None))).0.unwrap_err();
     assert!(
         problem.message.starts_with("the map ends 2.500 mm inside the clear aperture on the -x side"),
+        "{}",
+        problem.message
+    );
+
+    // Three pixels at the right border of the picture are unknown, inside a clear aperture as large as the picture: not a
+    // hole but an end of the map. Their middles lie 0.25 mm inside, their inner sides 0.5 mm.
+    let bitten = picture(|row, column| if column == 39 && (10..=12).contains(&row) { f64::NAN } else { 0.0 });
+    let problem =
+        place(&bitten, &map(), &part(rectangle(20.0, 15.0, None), rectangle(20.0, 15.0, None))).0.unwrap_err();
+    assert_eq!(problem.code.as_str(), "E0509");
+    assert!(
+        problem.message.contains("end up to 0.500 mm inside the clear aperture, near x 9.750 mm"),
         "{}",
         problem.message
     );

@@ -93,7 +93,7 @@ fn a_stated_pixel_must_agree_with_the_file() {
     assert!(map.pixel_pitch(Some(0.2501e-3)).is_ok(), "0.04 % off is the same pixel");
     let problem = map.pixel_pitch(Some(0.26e-3)).unwrap_err();
     assert_eq!(problem.code.as_str(), "E0507");
-    assert_eq!(problem.message, "the file says that a pixel has 0.250000 mm x 0.250000 mm, the job says 0.260000 mm");
+    assert_eq!(problem.message, "the file says that a pixel has 0.250000 mm x 0.250000 mm, but 0.260000 mm is stated");
 }
 
 #[test]

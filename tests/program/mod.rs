@@ -10,10 +10,10 @@ use serde_json::{Value, json};
 /// The job as its structs spell it, SI numbers.
 pub fn job_value() -> Value {
     let deg = std::f64::consts::PI / 180.0;
-    let joint = |range: f64, speed: f64| json!({"range": {"from": -range * deg, "to": range * deg}, "speed": speed * deg});
-    let ranged = |from: f64, to: f64, speed: f64| {
-        json!({"range": {"from": from * deg, "to": to * deg}, "speed": speed * deg})
-    };
+    let joint =
+        |range: f64, speed: f64| json!({"range": {"from": -range * deg, "to": range * deg}, "speed": speed * deg});
+    let ranged =
+        |from: f64, to: f64, speed: f64| json!({"range": {"from": from * deg, "to": to * deg}, "speed": speed * deg});
     json!({
         "wavelength": 632.8e-9,
         "workpiece": {
