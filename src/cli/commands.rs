@@ -406,11 +406,12 @@ fn inspect(common: &Common, files: &[PathBuf], json: bool, unit: Option<&str>, p
         let disk = Disk::new(file, true);
         match session::inspect(&disk, &file.to_string_lossy(), unit, pixel) {
             Ok(found) => {
-                let found = serde_json::to_value(&found).unwrap_or_default();
                 if json {
-                    say(&found.to_string());
+                    // The struct itself, not a map of it: the order of the keys is part of the format.
+                    say(&serde_json::to_string(&found).unwrap_or_default());
                     continue;
                 }
+                let found = serde_json::to_value(&found).unwrap_or_default();
                 say(&format!("{}", file.display()));
                 for (key, value) in found.as_object().into_iter().flatten() {
                     say(&format!("  {key:<16} {}", value.to_string().trim_matches('"')));
