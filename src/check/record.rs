@@ -105,7 +105,8 @@ impl Checker<'_> {
             }
             Type::Failed => Typed::failed(span),
             other => {
-                let message = format!("`with` changes fields of a record, and this is {}", self.vocabulary.in_words(other));
+                let message =
+                    format!("`with` changes fields of a record, and this is {}", self.vocabulary.in_words(other));
                 self.say(Diagnostic::error(codes::E0311, base.span, message));
                 Typed::failed(span)
             }
@@ -129,7 +130,8 @@ impl Checker<'_> {
                 EntryKind::Field { name, value } => (name, value),
                 EntryKind::Expr(Expr { kind: ExprKind::Missing, .. }) => continue,
                 EntryKind::Expr(expr) => {
-                    let message = format!("a `{}` has fields, and this is not one", self.vocabulary.schema(schema).name);
+                    let message =
+                        format!("a `{}` has fields, and this is not one", self.vocabulary.schema(schema).name);
                     self.say(Diagnostic::error(codes::E0408, expr.span, message).help("write `name: value`"));
                     stray = true;
                     continue;
@@ -147,7 +149,9 @@ impl Checker<'_> {
             if let Some(first) = given.iter().find(|f| f.name == field) {
                 let message = format!("the field `{field}` is given twice");
                 let first = first.name_span;
-                self.say(Diagnostic::error(codes::E0403, name.span, message).also(first, "the first one").help("keep one"));
+                self.say(
+                    Diagnostic::error(codes::E0403, name.span, message).also(first, "the first one").help("keep one"),
+                );
                 continue;
             }
             let want = Want { ty, what: format!("`{}`", name.text) };
@@ -176,7 +180,9 @@ impl Checker<'_> {
     pub(super) fn say_unknown_field(&mut self, schema: SchemaId, name: &Name) -> Option<Field> {
         let schema = self.vocabulary.schema(schema);
         // A syntax error in the schema's file may have swallowed the field's declaration.
-        if self.modules.iter().any(|module| module.file == schema.span.file && !module.broken.is_empty()) && !schema.library {
+        if self.modules.iter().any(|module| module.file == schema.span.file && !module.broken.is_empty())
+            && !schema.library
+        {
             return None;
         }
         let message = format!("`{}` has no field `{}`", schema.name, name.text);
@@ -184,7 +190,8 @@ impl Checker<'_> {
         let names = || schema.fields.iter().map(|field| field.name.as_str());
         let near = nearest(&name.text, names()).and_then(|near| schema.field(near)).cloned();
         if let Some(near) = &near {
-            diagnostic = diagnostic.help(format!("did you mean `{}`?", near.name)).suggest(name.span, near.name.clone());
+            diagnostic =
+                diagnostic.help(format!("did you mean `{}`?", near.name)).suggest(name.span, near.name.clone());
         }
         diagnostic = match schema.fields.len() {
             0 => diagnostic.note(format!("`{}` has no fields", schema.name)),
@@ -228,9 +235,7 @@ impl Checker<'_> {
         let fields = self.core.schemas.get("job").map(|schema| &self.vocabulary.schema(*schema).fields);
         let meant = |word: &str| nearest(word, fields.into_iter().flatten().map(|field| field.name.as_str()));
         let states_wavelength = body.entries.iter().any(|entry| match &entry.kind {
-            EntryKind::Field { name, value } => {
-                meant(&name.text) == Some("wavelength") && value.kind != ExprKind::None
-            }
+            EntryKind::Field { name, value } => meant(&name.text) == Some("wavelength") && value.kind != ExprKind::None,
             EntryKind::Expr(_) => false,
         });
         let wave = if states_wavelength { Wave::Stated } else { Wave::NotStated };

@@ -216,7 +216,9 @@ impl<'a> Matcher<'a> {
         if lexeme.begins_line {
             self.begin_line(at);
         }
-        if self.by_indent && let Some(bracket) = self.forgotten_opener(at) {
+        if self.by_indent
+            && let Some(bracket) = self.forgotten_opener(at)
+        {
             self.open_forgotten(bracket, at);
         }
         match lexeme.kind {

@@ -476,7 +476,9 @@ impl<'a> Reader<'a> {
         self.diagnostics.push(if field {
             diagnostic.help("put it inside `job name { … }`")
         } else if headless {
-            diagnostic.help(format!("write `job {} {{ … }}`", self.short(part))).suggest(Span { end: start, ..place }, "job ")
+            diagnostic
+                .help(format!("write `job {} {{ … }}`", self.short(part)))
+                .suggest(Span { end: start, ..place }, "job ")
         } else {
             diagnostic
         });

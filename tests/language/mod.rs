@@ -1,7 +1,6 @@
 //! Helpers of the language's tests, and the tests by topic.
 
 mod mistakes;
-mod scratch;
 mod schemas;
 mod whole_job;
 

@@ -10,7 +10,9 @@ use polishc::job::Job;
 use polishc::units::format::{newtype_dimension, units_of};
 use polishc::units::{Dimension, UnitMeaning};
 use serde::de::value::{Error, StrDeserializer};
-use serde::de::{self, DeserializeSeed, Deserializer, EnumAccess, IntoDeserializer, MapAccess, SeqAccess, VariantAccess, Visitor};
+use serde::de::{
+    self, DeserializeSeed, Deserializer, EnumAccess, IntoDeserializer, MapAccess, SeqAccess, VariantAccess, Visitor,
+};
 use serde::{Deserialize, forward_to_deserialize_any};
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
@@ -346,7 +348,10 @@ fn the_probe_sees_what_is_in_a_struct() {
     let circle = &seen.structs["Circle"];
     assert_eq!(circle["diameter"], Shape::Quantity("Length"));
     assert_eq!(circle["centre"], Shape::Optional(Box::new(Shape::Struct("Place"))));
-    assert_eq!(seen.structs["RobotCell"]["safe_poses"], Shape::List(Box::new(Shape::List(Box::new(Shape::Quantity("Angle"))))));
+    assert_eq!(
+        seen.structs["RobotCell"]["safe_poses"],
+        Shape::List(Box::new(Shape::List(Box::new(Shape::Quantity("Angle")))))
+    );
     assert_eq!(seen.structs["Corrective"]["feed"], Shape::Range(Box::new(Shape::Quantity("Speed"))));
     assert_eq!(seen.enums["Zone"].len(), 4);
     assert_eq!(seen.enums["Tool"]["mrf_wheel"], Some(Variant::Holds(Shape::Struct("MrfWheel"))));
@@ -360,7 +365,12 @@ fn stdlib_is_without_a_mistake_and_documented() {
         assert!(!schema.doc.is_empty(), "the schema `{}` has no doc comment", schema.name);
         for field in &schema.fields {
             if let Some(text) = &field.default_text {
-                assert!(!field.doc.is_empty(), "`{}.{}` has the default {text} without a reason", schema.name, field.name);
+                assert!(
+                    !field.doc.is_empty(),
+                    "`{}.{}` has the default {text} without a reason",
+                    schema.name,
+                    field.name
+                );
             }
         }
     }
@@ -425,10 +435,27 @@ fn units_have_their_size() {
     let pi = std::f64::consts::PI;
     // BIPM, The International System of Units, 9th edition; 1 inch = 25.4 mm.
     for (name, expected) in [
-        ("mm", 1e-3), ("um", 1e-6), ("µm", 1e-6), ("nm", 1e-9), ("Å", 1e-10), ("inch", 0.0254), ("thou", 25.4e-6),
-        ("deg", pi / 180.0), ("arcmin", pi / 10_800.0), ("arcsec", pi / 648_000.0), ("rev", 2.0 * pi),
-        ("rpm", pi / 30.0), ("min", 60.0), ("h", 3600.0), ("day", 86_400.0), ("%", 0.01), ("N", 1.0), ("bar", 1e5),
-        ("g", 1e-3), ("mrad", 1e-3), ("l", 1e-3),
+        ("mm", 1e-3),
+        ("um", 1e-6),
+        ("µm", 1e-6),
+        ("nm", 1e-9),
+        ("Å", 1e-10),
+        ("inch", 0.0254),
+        ("thou", 25.4e-6),
+        ("deg", pi / 180.0),
+        ("arcmin", pi / 10_800.0),
+        ("arcsec", pi / 648_000.0),
+        ("rev", 2.0 * pi),
+        ("rpm", pi / 30.0),
+        ("min", 60.0),
+        ("h", 3600.0),
+        ("day", 86_400.0),
+        ("%", 0.01),
+        ("N", 1.0),
+        ("bar", 1e5),
+        ("g", 1e-3),
+        ("mrad", 1e-3),
+        ("l", 1e-3),
     ] {
         let found = size(name);
         assert!((found - expected).abs() <= 4e-16 * expected, "{name}: {found}, expected {expected}");
@@ -444,7 +471,12 @@ fn units_that_messages_offer_are_those_of_stdlib() {
     for name in table.dimension_names() {
         let dimension = table.dimension(name).expect("a declared dimension");
         for unit in units_of(dimension) {
-            let written = format!("param x: {name} = 1 {}\nparam y: Number = (1 {}) / (1 {})", unit.text, unit.text, dimension.si_unit());
+            let written = format!(
+                "param x: {name} = 1 {}\nparam y: Number = (1 {}) / (1 {})",
+                unit.text,
+                unit.text,
+                dimension.si_unit()
+            );
             let compiled = super::compile_text(&written);
             assert_eq!(said(&compiled), Vec::<String>::new(), "{written}");
             // Their sizes: the number that the language makes of it.
