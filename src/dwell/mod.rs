@@ -2,6 +2,22 @@
 //!
 //! In: [`ToolPath`], the error map over the part, the influence function, the job's `dwell`. Out: a [`TimedPath`] with
 //! the speed of every move, already rounded to what the target will write, and the predicted result.
+//!
+//! The unknowns are the times of the segments. [`removal`] says what they take off, [`least_squares`] finds them,
+//! [`speed`] keeps them to what the arm can do, [`prediction`] says from the rounded speeds, by an operator of its own,
+//! what will come of it. Model and notation: region-adaptive and full-aperture dwell with segments as unknowns, bounded
+//! least squares by projected Barzilai-Borwein steps, even layer free, fixed or held.
+
+pub mod footprint;
+mod fourier;
+pub mod least_squares;
+mod plan;
+pub mod prediction;
+pub mod removal;
+pub mod speed;
+
+pub use footprint::{Footprint, floor_depth};
+pub use plan::{Figures, Outcome, Task, check_segment_times, predict, solve};
 
 use crate::path::ToolPath;
 

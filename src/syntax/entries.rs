@@ -55,39 +55,39 @@ pub struct Entries {
 
 /// An opening bracket that still waits for its closer.
 #[derive(Clone, Copy)]
-struct Opener {
-    bracket: Bracket,
-    lexeme: usize,
+pub(super) struct Opener {
+    pub(super) bracket: Bracket,
+    pub(super) lexeme: usize,
 }
 
 /// A group that is being filled.
-struct Frame {
-    group: usize,
-    bracket: Bracket,
-    entry: RawEntry,
+pub(super) struct Frame {
+    pub(super) group: usize,
+    pub(super) bracket: Bracket,
+    pub(super) entry: RawEntry,
     /// Operators of the entry so far, and the depth of the deepest group in it.
-    operators: usize,
-    deepest: usize,
+    pub(super) operators: usize,
+    pub(super) deepest: usize,
     /// Depth of the deepest entry that has ended.
-    depth: usize,
+    pub(super) depth: usize,
 }
 
-struct Matcher<'a> {
-    file: FileId,
-    text: &'a str,
-    lexemes: &'a [Lexeme],
-    groups: Vec<Group>,
-    frames: Vec<Frame>,
-    stack: Vec<Opener>,
+pub(super) struct Matcher<'a> {
+    pub(super) file: FileId,
+    pub(super) text: &'a str,
+    pub(super) lexemes: &'a [Lexeme],
+    pub(super) groups: Vec<Group>,
+    pub(super) frames: Vec<Frame>,
+    pub(super) stack: Vec<Opener>,
     /// The second try: indentation decides between closers.
-    by_indent: bool,
+    pub(super) by_indent: bool,
     /// The first bracket error of the chunk; the others follow from it.
-    bracket_error: Option<Diagnostic>,
-    others: Vec<Diagnostic>,
+    pub(super) bracket_error: Option<Diagnostic>,
+    pub(super) others: Vec<Diagnostic>,
     /// Brackets beyond the limit that are open.
-    beyond: usize,
+    pub(super) beyond: usize,
     /// The limit of depth was passed and said.
-    too_deep: bool,
+    pub(super) too_deep: bool,
 }
 
 /// Cuts the file into entries.
@@ -104,7 +104,7 @@ pub fn entries(file: FileId, text: &str, lexed: &Lexed, diagnostics: &mut Vec<Di
             groups = matcher.groups;
             groups.truncate(groups_before);
             groups[0].entries.truncate(entries_before);
-            matcher = Matcher::run(file, text, lexemes, from..to, groups, true);
+            matcher = Matcher::run(file, text, lexemes, from..to, groups, is_indented(&lexemes[from + 1..to]));
             // What an unclosed comment or text swallowed may have held the closing brackets.
             let swallowed = (lexed.cut_short && to == lexemes.len())
                 || lexemes[from..to].iter().any(|lexeme| lexeme.kind == LexemeKind::Text && lexeme.lost);
@@ -125,6 +125,14 @@ pub fn entries(file: FileId, text: &str, lexed: &Lexed, diagnostics: &mut Vec<Di
         damage_last(&mut groups);
     }
     Entries { groups }
+}
+
+/// Whether the lines after an item's first are indented, so that their indentation says something.
+fn is_indented(lexemes: &[Lexeme]) -> bool {
+    let flush = |lexeme: &Lexeme| {
+        lexeme.begins_line && lexeme.indent == 0 && !matches!(lexeme.kind, LexemeKind::Open(_) | LexemeKind::Close(_))
+    };
+    !lexemes.iter().any(flush)
 }
 
 /// The entry that an unclosed comment cut short, and those around it, say nothing more.
@@ -221,10 +229,18 @@ impl<'a> Matcher<'a> {
         {
             self.open_forgotten(bracket, at);
         }
+        if self.by_indent && self.is_doubled_opener(at) {
+            let diagnostic = Diagnostic::error(codes::E0102, self.span(at), "this `{` is never closed");
+            self.bracket_error.get_or_insert(diagnostic.help("delete it"));
+            return;
+        }
         match lexeme.kind {
             LexemeKind::Open(bracket) => self.open(bracket, at),
             LexemeKind::Close(bracket) => self.close(bracket, at),
             LexemeKind::Comma if !self.in_round() => self.comma(at),
+            LexemeKind::Mark if self.slice(at) == ";" && !self.in_round() && self.frame().bracket == Bracket::Curly => {
+                self.semicolon(at);
+            }
             _ => {
                 if self.lacks_comma(at) {
                     let before = self.span(at - 1);
@@ -271,7 +287,7 @@ impl<'a> Matcher<'a> {
         if self.by_indent && self.forgotten_opener(at).is_some() {
             return;
         }
-        if lexeme.kind == LexemeKind::Open(Bracket::Curly) && self.brace_is_late(at) {
+        if lexeme.kind == LexemeKind::Open(Bracket::Curly) && self.brace_is_late(at) || self.name_is_late(at) {
             return;
         }
         self.end_entry();
@@ -286,14 +302,14 @@ impl<'a> Matcher<'a> {
         }
     }
 
-    fn is_spaced(&self, at: usize) -> bool {
+    pub(super) fn is_spaced(&self, at: usize) -> bool {
         self.lexemes
             .get(at + 1)
             .is_some_and(|next| next.start > self.lexemes[at].end && next.line == self.lexemes[at].line)
     }
 
     /// Whether the entry so far asks for more.
-    fn goes_on_after(&self) -> bool {
+    pub(super) fn goes_on_after(&self) -> bool {
         match self.frame().entry.parts.last() {
             Some(&Part::Lexeme(i)) => {
                 matches!(self.lexemes[i].kind, LexemeKind::Operator | LexemeKind::Keyword | LexemeKind::Colon)
@@ -311,47 +327,8 @@ impl<'a> Matcher<'a> {
         }
     }
 
-    /// A `{` on a line of its own belongs to the name that ends the line before it: said, and read so.
-    fn brace_is_late(&mut self, at: usize) -> bool {
-        if self.frame().bracket == Bracket::Square {
-            return false;
-        }
-        let Some(&Part::Lexeme(name)) = self.frame().entry.parts.last() else { return false };
-        if self.lexemes[name].kind != LexemeKind::Word {
-            return false;
-        }
-        let gap = Span { start: self.lexemes[name].end, end: self.lexemes[at].start, file: self.file };
-        let comment = self.text[gap.start as usize..gap.end as usize].contains('/');
-        let mut diagnostic =
-            Diagnostic::error(codes::E0118, self.span(at), "`{` does not stand on the line of the name before it")
-                .also(self.span(name), "the name")
-                .help(format!("write `{} {{` on one line", self.slice(name)));
-        // A comment between the two would be lost by the mend.
-        if !comment {
-            diagnostic = diagnostic.suggest(gap, " ");
-        }
-        self.others.push(diagnostic);
-        true
-    }
-
-    /// A second `name:` in one entry of a record.
-    fn lacks_comma(&self, at: usize) -> bool {
-        let entry = &self.frame().entry;
-        let first_is_name = |parts: &[Part]| match parts {
-            [Part::Lexeme(_), Part::Lexeme(colon), ..] => self.lexemes[*colon].kind == LexemeKind::Colon,
-            _ => false,
-        };
-        self.frames.len() > 1
-            && !self.in_round()
-            && self.frame().bracket == Bracket::Curly
-            && entry.parts.len() > 2
-            && first_is_name(&entry.parts)
-            && self.names_field(at)
-            && !self.goes_on_after()
-    }
-
     /// A word with a `:` after it on its line.
-    fn names_field(&self, at: usize) -> bool {
+    pub(super) fn names_field(&self, at: usize) -> bool {
         self.lexemes[at].kind == LexemeKind::Word
             && self
                 .lexemes
@@ -372,10 +349,29 @@ impl<'a> Matcher<'a> {
         );
     }
 
+    /// Read as the comma that is meant; in `[ ]` it belongs to a type.
+    fn semicolon(&mut self, at: usize) {
+        let line = self.lexemes[at].line;
+        let more = |next: &Lexeme| next.line == line && !matches!(next.kind, LexemeKind::Close(_));
+        let (help, mend) = match self.lexemes.get(at + 1).is_some_and(more) {
+            true => ("write a comma", ","),
+            false => ("delete it", ""),
+        };
+        if !self.frame().entry.damaged {
+            self.others.push(
+                Diagnostic::error(codes::E0107, self.span(at), "entries are not ended by `;`")
+                    .note("an entry ends at the end of its line or at a comma")
+                    .help(help)
+                    .suggest(self.span(at), mend),
+            );
+        }
+        self.end_entry();
+    }
+
     fn open(&mut self, bracket: Bracket, at: usize) {
         if self.stack.len() >= BRACKET_LIMIT {
             self.say_too_deep(at, format!("brackets stand more than {BRACKET_LIMIT} deep in each other"));
-            self.frame_mut().entry.damaged = true;
+            self.frames.iter_mut().for_each(|frame| frame.entry.damaged = true);
             self.beyond = 1;
             return;
         }
@@ -408,78 +404,6 @@ impl<'a> Matcher<'a> {
                 self.bracket_error.get_or_insert(diagnostic.help("delete it, or write the bracket that it closes"));
             }
         }
-    }
-
-    /// Whether an opening bracket was forgotten before the lexeme: a field stands where none can, deeper than the line
-    /// that it belongs to, or a closer follows on this line that only such a bracket could explain.
-    fn forgotten_opener(&self, at: usize) -> Option<Bracket> {
-        let entry = &self.frame().entry;
-        let (Some(&Part::Lexeme(first)), Some(&Part::Lexeme(last))) = (entry.parts.first(), entry.parts.last()) else {
-            return None;
-        };
-        let (lexeme, kind) = (&self.lexemes[at], self.lexemes[last].kind);
-        if self.in_round() || last + 1 != at {
-            return None;
-        }
-        let deeper = lexeme.begins_line && lexeme.indent > self.lexemes[first].indent;
-        let headed = matches!(kind, LexemeKind::Word | LexemeKind::Colon) || self.slice(last) == "with";
-        let field = headed && self.names_field(at);
-        // `require` holds no fields; a line that is one word and nothing more can only be its like.
-        let alone = first == last && kind == LexemeKind::Word && lexeme.kind == LexemeKind::Word;
-        if deeper && (field || alone) || !lexeme.begins_line && field && self.is_closed_on_line(at, Bracket::Curly) {
-            return Some(Bracket::Curly);
-        }
-        let list = kind == LexemeKind::Colon
-            && match lexeme.begins_line {
-                true => deeper && self.is_closed_below(at, self.lexemes[first].indent),
-                false => self.is_closed_on_line(at, Bracket::Square),
-            };
-        list.then_some(Bracket::Square)
-    }
-
-    /// Whether the rest of the line closes more such brackets than the line has opened, before another field begins.
-    fn is_closed_on_line(&self, at: usize, bracket: Bracket) -> bool {
-        // Longer lines are not written by hand; without a bound one endless line would be walked again and again.
-        const WALK: usize = 256;
-        let line = self.lexemes[at].line;
-        let here = |o: &&Opener| o.bracket == bracket && self.lexemes[o.lexeme].line == line;
-        let opened = self.stack.iter().filter(here).count();
-        let (mut depth, mut closed) = (0usize, 0);
-        for lexeme in self.lexemes[at..].iter().take_while(|lexeme| lexeme.line == line).take(WALK) {
-            match lexeme.kind {
-                LexemeKind::Open(_) => depth += 1,
-                LexemeKind::Close(_) if depth > 0 => depth -= 1,
-                LexemeKind::Close(closer) => closed += usize::from(closer == bracket),
-                LexemeKind::Colon if depth == 0 && closed == 0 && bracket == Bracket::Square => return false,
-                _ => {}
-            }
-        }
-        closed > opened
-    }
-
-    /// Whether the next line that is no deeper than `indent` begins with `]`.
-    fn is_closed_below(&self, at: usize, indent: u32) -> bool {
-        let next = self.lexemes[at..].iter().find(|lexeme| lexeme.begins_line && lexeme.indent <= indent);
-        next.is_some_and(|lexeme| lexeme.kind == LexemeKind::Close(Bracket::Square) && lexeme.indent == indent)
-    }
-
-    fn open_forgotten(&mut self, bracket: Bracket, at: usize) {
-        if self.stack.len() >= BRACKET_LIMIT {
-            return;
-        }
-        let before = at - 1;
-        let open = if bracket == Bracket::Square { "[" } else { "{" };
-        let gap = Span { start: self.lexemes[before].end, end: self.lexemes[before].end, file: self.file };
-        let message = format!("`{open}` is missing after `{}`", self.slice(before));
-        self.bracket_error.get_or_insert_with(|| {
-            Diagnostic::error(codes::E0118, gap, message)
-                .help(format!("write the `{open}` on the line of what it belongs to"))
-                .suggest(gap, format!(" {open}"))
-        });
-        self.stack.push(Opener { bracket, lexeme: before });
-        let start = self.lexemes[at].start;
-        self.groups.push(Group { bracket, start, end: start, entries: Vec::new() });
-        self.frames.push(Frame::new(self.groups.len() - 1, bracket));
     }
 
     /// The level of the opener that this closer closes.
@@ -571,7 +495,7 @@ impl<'a> Matcher<'a> {
         let entry = std::mem::take(&mut frame.entry);
         if depth > DEPTH_LIMIT {
             // The entry is dropped whole: a tree so deep could not even be taken apart again.
-            if let Some(at) = self.first_lexeme(&entry) {
+            if let Some(at) = self.first_lexeme(&entry).filter(|_| !entry.damaged) {
                 self.say_too_deep(at, format!("this expression is more than {DEPTH_LIMIT} operations deep"));
             }
             return;
@@ -599,30 +523,30 @@ impl<'a> Matcher<'a> {
         }
     }
 
-    fn frame(&self) -> &Frame {
+    pub(super) fn frame(&self) -> &Frame {
         // The file's own frame is never popped: only brackets on the stack pop a frame.
         self.frames.last().expect("the file's frame")
     }
 
-    fn frame_mut(&mut self) -> &mut Frame {
+    pub(super) fn frame_mut(&mut self) -> &mut Frame {
         self.frames.last_mut().expect("the file's frame")
     }
 
-    fn in_round(&self) -> bool {
+    pub(super) fn in_round(&self) -> bool {
         self.stack.last().is_some_and(|opener| opener.bracket == Bracket::Round)
     }
 
-    fn slice(&self, at: usize) -> &'a str {
+    pub(super) fn slice(&self, at: usize) -> &'a str {
         &self.text[self.lexemes[at].start as usize..self.lexemes[at].end as usize]
     }
 
-    fn span(&self, at: usize) -> Span {
+    pub(super) fn span(&self, at: usize) -> Span {
         Span { file: self.file, start: self.lexemes[at].start, end: self.lexemes[at].end }
     }
 }
 
 impl Frame {
-    fn new(group: usize, bracket: Bracket) -> Frame {
+    pub(super) fn new(group: usize, bracket: Bracket) -> Frame {
         Frame { group, bracket, entry: RawEntry::default(), operators: 0, deepest: 0, depth: 0 }
     }
 

@@ -106,7 +106,7 @@ impl Reader<'_> {
             let whole = expr.span.to(place);
             if matches!(last, Last::Quantity(_) | Last::Number(_)) && after.as_rule() != Rule::with {
                 let what = if after.as_rule() == Rule::call { "called" } else { "asked for a field" };
-                self.diagnostics.push(
+                self.say(
                     Diagnostic::error(codes::E0114, place, format!("a number cannot be {what}"))
                         .also(expr.span, "the number")
                         .help("put an operator or a comma between the two"),
@@ -236,7 +236,7 @@ impl Reader<'_> {
             && let Last::Quantity(literal) = left.last
         {
             // The mend says what was meant, so it is read that way.
-            self.diagnostics.push(
+            self.say(
                 Diagnostic::error(codes::E0114, place, "a number with a unit is raised to a power without parentheses")
                     .note("a unit takes its power close to it and whole, as in `mm^2`")
                     .help(format!("write `({})` and then the power", self.source(literal)))
@@ -250,7 +250,7 @@ impl Reader<'_> {
                 Some(Single::Range) => ("ranges", "a range has two ends: `a .. b`"),
                 _ => ("comparisons", "join two comparisons by `and`"),
             };
-            self.diagnostics.push(Diagnostic::error(codes::E0120, place, format!("{what} do not chain")).help(help));
+            self.say(Diagnostic::error(codes::E0120, place, format!("{what} do not chain")).help(help));
             return missing;
         }
         let (lower, upper) = (Box::new(left.expr), Box::new(right.expr));
@@ -269,7 +269,7 @@ impl Reader<'_> {
             (Last::Number(number), Some(power), _) if close => {
                 let unit = self.negative(right.expr.span, power);
                 let (digits, name) = (self.source(number), self.source(right.expr.span));
-                self.diagnostics.push(
+                self.say(
                     Diagnostic::error(codes::E0113, number.to(right.expr.span), "a unit cannot begin with `/`")
                         .help(format!("write `{digits} {unit}`, or `{digits} / {name}` to divide by a value `{name}`"))
                         .suggest(number.to(right.expr.span), format!("{digits} {unit}")),
@@ -290,7 +290,7 @@ impl Reader<'_> {
                     }
                     None => format!("{written}*{unit}"),
                 };
-                self.diagnostics.push(
+                self.say(
                     Diagnostic::error(codes::E0113, quantity.to(right.expr.span), "a unit has at most one `/`")
                         .help(format!("write `{mended}`"))
                         .suggest(quantity.to(right.expr.span), mended.as_str()),
@@ -304,7 +304,7 @@ impl Reader<'_> {
                 let (above, below, unit) = (self.source(number), self.source(below).trim_end(), self.source(unit.span));
                 let whole = number.to(right.expr.span);
                 let inverse = self.source(right.expr.span);
-                self.diagnostics.push(
+                self.say(
                     Diagnostic::error(
                         codes::E0113,
                         whole,

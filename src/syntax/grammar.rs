@@ -34,7 +34,15 @@ fn stopped(error: Error<Rule>) -> Stopped {
     };
     match error.variant {
         ErrorVariant::ParsingError { positives, .. } => {
-            Stopped { at, expected: positives.into_iter().filter_map(plain_words).collect(), limit: false }
+            let mut expected: BTreeSet<&'static str> = positives.into_iter().filter_map(plain_words).collect();
+            // The general word covers the ways in which a value can begin or go on.
+            if expected.contains("a value") {
+                expected.retain(|word| !matches!(*word, "a name" | "`(`" | "`{`"));
+            }
+            if expected.contains("an operator") {
+                expected.retain(|word| !matches!(*word, "`(`" | "`{`"));
+            }
+            Stopped { at, expected, limit: false }
         }
         ErrorVariant::CustomError { .. } => Stopped { at, expected: BTreeSet::new(), limit: true },
     }

@@ -32,14 +32,9 @@ impl<'a> Reader<'a> {
         let mut ast = Ast::default();
         let groups = self.writer.groups;
         let Some(whole) = groups.first() else { return ast };
-        if !whole.entries.first().is_some_and(|entry| self.first_word(entry) == Some("language")) {
-            let start = self.writer.text.len() - self.writer.text.trim_start_matches('\u{feff}').len();
-            let start = Span::new(self.writer.file, start, start);
-            self.diagnostics.push(
-                Diagnostic::error(codes::E0108, start, "the file does not say its language")
-                    .help(format!("write `language {LANGUAGE}` as the first line"))
-                    .suggest(start, format!("language {LANGUAGE}\n")),
-            );
+        let first = whole.entries.first();
+        if first.is_none_or(|entry| self.first_word(entry) != Some("language")) {
+            self.say_no_language(first);
         }
         let mut outside = false;
         for (i, entry) in whole.entries.iter().enumerate() {
@@ -60,7 +55,7 @@ impl<'a> Reader<'a> {
                 Some("language") if i > 0 => {
                     outside = false;
                     let span = self.entry_span(entry);
-                    self.diagnostics.push(
+                    self.say(
                         Diagnostic::error(
                             codes::E0108,
                             span,
@@ -85,15 +80,36 @@ impl<'a> Reader<'a> {
         ast
     }
 
+    fn say_no_language(&mut self, first: Option<&RawEntry>) {
+        let text = self.writer.text;
+        let start = text.len() - text.trim_start_matches('\u{feff}').len();
+        let mut place = Span::new(self.writer.file, start, start);
+        let mut line = format!("language {LANGUAGE}\n");
+        // Of `language 1` the number may be left.
+        if let Some([number]) = first.map(|entry| entry.parts.as_slice())
+            && self.writer.slice(*number) == LANGUAGE.to_string()
+        {
+            place.start = self.writer.range(*number).0;
+            place.end = place.start;
+            line = "language ".to_string();
+        }
+        self.say(
+            Diagnostic::error(codes::E0108, place, "the file does not say its language")
+                .help(format!("write `language {LANGUAGE}` as the first line"))
+                .suggest(place, line),
+        );
+    }
+
     fn item(&mut self, entry: &RawEntry, word: &str, public: bool, ast: &mut Ast) {
         let doc = self.entry_doc(entry);
         let span = self.entry_span(entry);
-        if self.says_not_yet(entry) {
+        // The word after the item's own is its name; a reserved word there is no beginning of an expression.
+        if self.says_not_yet(entry, 2 + usize::from(public)) {
             ast.items.extend(self.salvage_item(entry, word).map(|kind| Item { doc, public, span, kind }));
             return;
         }
         let mut said = Vec::new();
-        let written = self.writer.write(entry, false, false, &mut said);
+        let written = self.writer.write(entry, false, &mut said);
         self.diagnostics.append(&mut said);
         let kind = match self.run(entry, &written, Rule::start_item, |reader, mut pairs| {
             let item = pairs.find(|pair| pair.as_rule() != Rule::public)?;
@@ -118,6 +134,9 @@ impl<'a> Reader<'a> {
             }
             Rule::use_item => {
                 let what = next?;
+                if self.is_lost(written.part_at(what.as_span().start())) {
+                    return None;
+                }
                 ItemKind::Use(match what.as_rule() {
                     Rule::text => UsePath::File { path: unescape(what.as_str()), span: span(written, &what) },
                     _ => UsePath::Module(
@@ -190,7 +209,7 @@ impl<'a> Reader<'a> {
 
     fn nameless(&mut self, keyword: Span, what: &str) -> Name {
         let gap = Span { start: keyword.end, ..keyword };
-        self.diagnostics.push(
+        self.say(
             Diagnostic::error(codes::E0122, keyword, format!("this `{what}` has no name"))
                 .help(format!("write `{what} its_name`, on one line")),
         );
@@ -200,7 +219,7 @@ impl<'a> Reader<'a> {
     fn language(&mut self, version: &str, span: Span, ast: &mut Ast) {
         let number = version.parse::<u32>().unwrap_or(u32::MAX);
         if number != LANGUAGE {
-            self.diagnostics.push(
+            self.say(
                 Diagnostic::error(codes::E0109, span, format!("this compiler does not know language {version}"))
                     .note(format!("it reads language {LANGUAGE}"))
                     .help("use a newer compiler for a newer language"),
@@ -262,11 +281,11 @@ impl<'a> Reader<'a> {
         if self.misplaced_item(entry) {
             return None;
         }
-        if self.says_not_yet(entry) {
+        if self.says_not_yet(entry, 0) {
             return self.salvage_field(entry).map(|kind| Entry { doc, span: whole, kind });
         }
         let mut said = Vec::new();
-        let written = self.writer.write(entry, true, false, &mut said);
+        let written = self.writer.write(entry, true, &mut said);
         self.diagnostics.append(&mut said);
         if self.writer.kind(entry.parts.first()) == Some(LexemeKind::Colon) {
             self.say_nameless(entry);
@@ -308,9 +327,7 @@ impl<'a> Reader<'a> {
         let start = self.entry_span(entry).start;
         let place = Span { file: self.writer.file, start, end: start + 1 };
         if !entry.damaged {
-            self.diagnostics.push(
-                Diagnostic::error(codes::E0122, place, "this field has no name").help("write its name before it"),
-            );
+            self.say(Diagnostic::error(codes::E0122, place, "this field has no name").help("write its name before it"));
         }
     }
 
@@ -318,7 +335,7 @@ impl<'a> Reader<'a> {
         let gap = Span { start: colon.end, ..colon };
         if !entry.damaged {
             let called = called.map_or("", |name| name.text.as_str());
-            self.diagnostics.push(
+            self.say(
                 Diagnostic::error(codes::E0106, colon, format!("`{called}` has no value"))
                     .help("write a value after `:`, or delete the field"),
             );
@@ -365,12 +382,12 @@ impl<'a> Reader<'a> {
         for entry in &groups[group].entries {
             let doc = self.entry_doc(entry);
             let whole = self.entry_span(entry);
-            if self.misplaced_item(entry) || self.says_not_yet(entry) {
+            if self.misplaced_item(entry) || self.says_not_yet(entry, 0) {
                 continue;
             }
             let mut said = Vec::new();
             let check = self.first_word(entry) == Some("check");
-            let written = self.writer.write(entry, !check, false, &mut said);
+            let written = self.writer.write(entry, !check, &mut said);
             self.diagnostics.append(&mut said);
             let read = self.run(entry, &written, Rule::start_schema, |reader, mut pairs| {
                 let pair = pairs.next()?;
@@ -419,12 +436,12 @@ impl<'a> Reader<'a> {
             let span = self.entry_span(entry);
             self.entry_doc(entry);
             let missing = Expr { span, kind: ExprKind::Missing };
-            if self.says_not_yet(entry) {
+            if self.says_not_yet(entry, 0) {
                 elements.push(missing);
                 continue;
             }
             let mut said = Vec::new();
-            let written = self.writer.write(entry, false, false, &mut said);
+            let written = self.writer.write(entry, false, &mut said);
             self.diagnostics.append(&mut said);
             let read = self.run(entry, &written, Rule::start_element, |reader, mut pairs| {
                 Some(reader.expression(&written, pairs.next()?))
@@ -450,7 +467,7 @@ impl<'a> Reader<'a> {
         let (start, end) = self.writer.range(entry.parts[0]);
         let place = Span { file: self.writer.file, start, end };
         if !entry.damaged {
-            self.diagnostics.push(
+            self.say(
                 Diagnostic::error(codes::E0123, place, format!("`{word}` stands inside a record"))
                     .note("items stand at the top level of a file, fields `name: value` in a record")
                     .help("move it out, or write a `:` if it is meant as a field"),
@@ -473,7 +490,7 @@ impl<'a> Reader<'a> {
         let items = "items begin with `use`, `let`, `param`, `family`, `schema` or `job`";
         let diagnostic = Diagnostic::error(codes::E0123, place, message).note(items);
         let headless = matches!(entry.parts.as_slice(), [Part::Lexeme(_), Part::Group(_)]);
-        self.diagnostics.push(if field {
+        self.say(if field {
             diagnostic.help("put it inside `job name { … }`")
         } else if headless {
             diagnostic
@@ -484,9 +501,9 @@ impl<'a> Reader<'a> {
         });
     }
 
-    /// Whether a word in the entry belongs to a part of the language that is yet to come; says so.
-    fn says_not_yet(&mut self, entry: &RawEntry) -> bool {
-        let found = entry.parts.iter().enumerate().find_map(|(i, part)| {
+    /// Whether a word from part `from` on belongs to a part of the language that is yet to come; says so.
+    fn says_not_yet(&mut self, entry: &RawEntry, from: usize) -> bool {
+        let found = entry.parts.iter().enumerate().skip(from).find_map(|(i, part)| {
             let word = self.writer.slice(*part);
             let later = matches!(word, "if" | "then" | "else" | "for" | "in" | "because");
             (later && self.writer.kind(Some(part)) == Some(LexemeKind::Keyword)).then_some((i, word))

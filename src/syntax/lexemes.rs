@@ -84,6 +84,7 @@ pub fn lexemes(file: FileId, text: &str, tokens: &[Token], diagnostics: &mut Vec
     let mut lexed = Lexed { lexemes: Vec::new(), docs: Vec::new(), cut_short: false };
     let (mut line, mut line_start, mut indent, mut begins_line) = (0, 0, 0, true);
     let mut docs_from = 0;
+    let mut foreign_line = None;
     for token in tokens {
         let slice = &text[token.start as usize..token.end as usize];
         let span = Span { file, start: token.start, end: token.end };
@@ -130,7 +131,12 @@ pub fn lexemes(file: FileId, text: &str, tokens: &[Token], diagnostics: &mut Vec
             TokenKind::Punctuation => punctuation(slice),
             TokenKind::Unknown => {
                 let plain = plain_writing(slice);
-                diagnostics.push(unknown(slice, span, plain));
+                // The second of two foreign quotes, say, belongs to the first.
+                if plain.is_some() || foreign_line != Some(line) {
+                    let rest = text[token.end as usize..].lines().next().unwrap_or("");
+                    diagnostics.push(unknown(slice, rest, span, plain));
+                    foreign_line = if plain.is_some() { foreign_line } else { Some(line) };
+                }
                 mended = plain.map(str::to_string);
                 plain.map_or(LexemeKind::Unknown, punctuation)
             }
@@ -196,7 +202,10 @@ fn plain_writing(slice: &str) -> Option<&'static str> {
     })
 }
 
-fn unknown(slice: &str, span: Span, plain: Option<&'static str>) -> Diagnostic {
+/// Quotes of word processors and of other languages.
+const QUOTES: [char; 9] = ['“', '”', '„', '«', '»', '‘', '’', '\'', '`'];
+
+fn unknown(slice: &str, rest: &str, span: Span, plain: Option<&'static str>) -> Diagnostic {
     // A run of a thousand stray bytes is one mistake; its beginning is enough to recognise it.
     let mut shown: String = slice.chars().take(8).map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect();
     if shown.len() < slice.len() && slice.chars().count() > 8 {
@@ -205,8 +214,16 @@ fn unknown(slice: &str, span: Span, plain: Option<&'static str>) -> Diagnostic {
     let diagnostic = Diagnostic::error(codes::E0101, span, format!("`{shown}` has no meaning in this language"));
     match (plain, slice) {
         (Some(plain), _) => diagnostic.help(format!("write `{plain}`")).suggest(span, plain),
-        (None, s) if s.contains(['“', '”', '„', '«', '»', '‘', '’', '\'']) => {
-            diagnostic.help("a text stands between straight double quotes: `\"…\"`")
+        (None, s) if s.contains(QUOTES) => {
+            let diagnostic = diagnostic.help("a text stands between straight double quotes: `\"…\"`");
+            match rest.char_indices().find(|(_, c)| QUOTES.contains(c)) {
+                Some((at, quote)) if slice.chars().count() == 1 && !rest[..at].contains('"') => {
+                    let start = span.end + at as u32;
+                    let closing = Span { start, end: start + quote.len_utf8() as u32, ..span };
+                    diagnostic.suggest(span, "\"").suggest(closing, "\"")
+                }
+                _ => diagnostic,
+            }
         }
         (None, "°") => diagnostic.help("write `deg`"),
         (None, "²" | "³") => diagnostic.help("write a power as `^2` or `^3`"),

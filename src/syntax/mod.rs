@@ -9,6 +9,7 @@
 pub mod ast;
 mod entries;
 mod expressions;
+mod forgotten;
 mod grammar;
 mod items;
 mod lexemes;
@@ -16,6 +17,8 @@ pub mod tokens;
 mod types;
 mod written;
 
+#[cfg(test)]
+mod recovery_tests;
 #[cfg(test)]
 mod tests;
 
@@ -44,7 +47,8 @@ pub fn parse(file: FileId, text: &str) -> (Ast, Vec<Diagnostic>) {
     let lexed = lexemes::lexemes(file, text, &tokens, &mut diagnostics);
     let Entries { groups } = entries::entries(file, text, &lexed, &mut diagnostics);
     let writer = Writer { file, text, lexemes: &lexed.lexemes, groups: &groups };
-    let mut reader = Reader { writer, docs: &lexed.docs, used_docs: vec![false; lexed.lexemes.len()], diagnostics };
+    let mut reader =
+        Reader { writer, docs: &lexed.docs, used_docs: vec![false; lexed.lexemes.len()], diagnostics, quiet: false };
     let ast = reader.file();
     let unsupported = reader.diagnostics.iter().any(|d| d.code == codes::E0109);
     if unsupported {
@@ -75,9 +79,17 @@ struct Reader<'a> {
     /// Whether the doc comment before each lexeme belongs to something.
     used_docs: Vec<bool>,
     diagnostics: Vec<Diagnostic>,
+    /// The entry being read was reported already.
+    quiet: bool,
 }
 
 impl<'a> Reader<'a> {
+    fn say(&mut self, diagnostic: Diagnostic) {
+        if !self.quiet {
+            self.diagnostics.push(diagnostic);
+        }
+    }
+
     /// Runs the grammar on an entry, and says what is wrong if it cannot be read.
     fn run<T>(
         &mut self,
@@ -87,7 +99,12 @@ impl<'a> Reader<'a> {
         read: impl FnOnce(&mut Self, pest::iterators::Pairs<'_, Rule>) -> Option<T>,
     ) -> Result<Option<T>, Unreadable> {
         match grammar::parse(rule, &written.text) {
-            Ok(pairs) => Ok(read(self, pairs)),
+            Ok(pairs) => {
+                let outer = std::mem::replace(&mut self.quiet, entry.damaged);
+                let tree = read(self, pairs);
+                self.quiet = outer;
+                Ok(tree)
+            }
             Err(stopped) => {
                 if !entry.damaged {
                     self.explain(written, &stopped);
@@ -112,7 +129,7 @@ impl<'a> Reader<'a> {
         };
         if stopped.limit {
             let message = "this entry is too long to be read";
-            self.diagnostics.push(Diagnostic::error(codes::E0110, span, message).help("divide it with `let`"));
+            self.say(Diagnostic::error(codes::E0110, span, message).help("divide it with `let`"));
             return;
         }
         let place = match (part, written.part_before(stopped.at)) {
@@ -131,7 +148,7 @@ impl<'a> Reader<'a> {
         if stopped.expected.contains("the end of the entry") {
             diagnostic = diagnostic.note("an entry ends at the end of its line or at a comma");
         }
-        self.diagnostics.push(diagnostic);
+        self.say(diagnostic);
     }
 
     /// A part as shown in a message.
@@ -198,7 +215,7 @@ impl<'a> Reader<'a> {
                 let marker = Span { file: self.writer.file, start: token.start, end: token.start + 3 };
                 diagnostic = diagnostic.suggest(marker, "//");
             }
-            self.diagnostics.push(diagnostic);
+            self.say(diagnostic);
         }
     }
 }

@@ -52,7 +52,7 @@ impl Reader<'_> {
         let Some(second) = ends.next() else { return first_type };
         if first.as_str().trim() != second.as_str().trim() {
             let place = span(written, &second);
-            self.diagnostics.push(
+            self.say(
                 Diagnostic::error(codes::E0107, place, "both ends of a range have the same type")
                     .also(span(written, &first), "the type of the first end")
                     .suggest(place, first.as_str().trim()),
@@ -101,11 +101,7 @@ impl Reader<'_> {
                     let mut numbers = part.into_inner().map(|p| self.small(p.as_str(), place));
                     let (above, below) = (numbers.next().unwrap_or(1), numbers.next().unwrap_or(1));
                     if below == 0 {
-                        self.diagnostics.push(Diagnostic::error(
-                            codes::E0112,
-                            place,
-                            "an exponent cannot be divided by 0",
-                        ));
+                        self.say(Diagnostic::error(codes::E0112, place, "an exponent cannot be divided by 0"));
                     }
                     base = Type { span: whole, kind: TypeKind::Power(Box::new(base), above, below.max(1)) };
                 }
@@ -120,7 +116,7 @@ impl Reader<'_> {
         match digits.parse::<i32>() {
             Ok(number) if number.abs() <= 100 => number,
             _ => {
-                self.diagnostics.push(
+                self.say(
                     Diagnostic::error(codes::E0112, place, format!("`{digits}` is too large for a power"))
                         .note("powers of units and dimensions lie between -100 and 100"),
                 );
@@ -140,13 +136,13 @@ impl Reader<'_> {
                 if !entries.iter().any(|entry| entry.damaged) {
                     let diagnostic =
                         Diagnostic::error(codes::E0107, place, "the type of a list is one type in brackets");
-                    self.diagnostics.push(diagnostic.help("write `[Length]`, or `[Length; 6]` for a list of six"));
+                    self.say(diagnostic.help("write `[Length]`, or `[Length; 6]` for a list of six"));
                 }
                 return nothing;
             }
         };
         let mut said = Vec::new();
-        let inner = self.writer.write(entry, false, true, &mut said);
+        let inner = self.writer.write(entry, false, &mut said);
         self.diagnostics.append(&mut said);
         let read = self.run(entry, &inner, Rule::start_type, |reader, pairs| {
             let (mut ty, mut count) = (None, None);
@@ -158,7 +154,7 @@ impl Reader<'_> {
                         count = part.as_str().parse::<usize>().ok();
                         if count.is_none() {
                             let message = "this number of elements is too large";
-                            reader.diagnostics.push(Diagnostic::error(codes::E0112, place, message));
+                            reader.say(Diagnostic::error(codes::E0112, place, message));
                         }
                     }
                     _ => {}

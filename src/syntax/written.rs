@@ -84,26 +84,27 @@ pub struct Writer<'a> {
 
 impl<'a> Writer<'a> {
     /// Writes an entry. `field` says that it stands where a field `name: value` is expected.
-    pub fn write(&self, entry: &RawEntry, field: bool, semicolons: bool, said: &mut Vec<Diagnostic>) -> Written {
+    pub fn write(&self, entry: &RawEntry, field: bool, said: &mut Vec<Diagnostic>) -> Written {
         let mut written =
             Written { text: String::new(), places: Vec::with_capacity(entry.parts.len()), file: self.file };
         let slip = if field && !entry.damaged { self.colon_slip(entry) } else { None };
         let mut line = None;
         for (i, &part) in entry.parts.iter().enumerate() {
-            let (start, end) = self.range(part);
+            let (mut start, end) = self.range(part);
+            let joined;
             let writing = match part {
+                Part::Lexeme(_) if i == 0 && slip == Some(Slip::TwoNames) => continue,
+                Part::Lexeme(_) if i == 1 && slip == Some(Slip::TwoNames) => {
+                    joined = self.say_two_names(entry.parts[0], part, said);
+                    start = self.range(entry.parts[0]).0;
+                    &joined
+                }
                 Part::Group(g) if self.groups[g].bracket == Bracket::Curly => "{}",
                 Part::Group(_) => "[]",
                 Part::Lexeme(l) if self.lexemes[l].kind == LexemeKind::Unknown => continue,
                 Part::Lexeme(_) if i == 1 && slip == Some(Slip::Equals) => {
-                    said.push(self.say_equals(part));
+                    said.push(self.say_equals(entry.parts[0], part));
                     ":"
-                }
-                Part::Lexeme(l) if !semicolons && self.slice(part) == ";" => {
-                    if !entry.damaged {
-                        said.push(self.say_semicolon(l, i + 1 == entry.parts.len()));
-                    }
-                    continue;
                 }
                 Part::Lexeme(l) => self.lexemes[l].mended.as_deref().unwrap_or(self.slice(part)),
             };
@@ -179,6 +180,7 @@ impl<'a> Writer<'a> {
         }
         match self.kind(Some(&second)) {
             Some(LexemeKind::Operator) if self.slice(second) == "=" => Some(Slip::Equals),
+            Some(LexemeKind::Word) if self.kind(entry.parts.get(2)) == Some(LexemeKind::Colon) => Some(Slip::TwoNames),
             Some(LexemeKind::Number | LexemeKind::Text | LexemeKind::Word) => Some(Slip::NoColon),
             None if matches!(second, Part::Group(g) if self.groups[g].bracket == Bracket::Square) => {
                 Some(Slip::NoColon)
@@ -187,23 +189,24 @@ impl<'a> Writer<'a> {
         }
     }
 
-    fn say_equals(&self, part: Part) -> Diagnostic {
-        let (start, end) = self.range(part);
-        let place = Span { file: self.file, start, end };
-        Diagnostic::error(codes::E0121, place, "a field is set by `:`, not by `=`")
-            .help("write `:`")
-            .suggest(place, ":")
+    /// The two are read as the one name that may be meant.
+    fn say_two_names(&self, first: Part, second: Part, said: &mut Vec<Diagnostic>) -> String {
+        let place = Span { file: self.file, start: self.range(first).0, end: self.range(second).1 };
+        let (first, second) = (self.slice(first), self.slice(second));
+        let name = if first == second { first.to_string() } else { format!("{first}_{second}") };
+        said.push(
+            Diagnostic::error(codes::E0107, place, format!("`{first} {second}` is not one name"))
+                .help(format!("write `{name}`, or a comma between two fields"))
+                .suggest(place, name.clone()),
+        );
+        name
     }
 
-    fn say_semicolon(&self, at: usize, last: bool) -> Diagnostic {
-        let place = Span { file: self.file, start: self.lexemes[at].start, end: self.lexemes[at].end };
-        let diagnostic = Diagnostic::error(codes::E0107, place, "entries are not ended by `;`")
-            .note("an entry ends at the end of its line or at a comma");
-        if last {
-            diagnostic.help("delete it").suggest(place, "")
-        } else {
-            diagnostic.help("write a comma or begin a new line").suggest(place, ",")
-        }
+    fn say_equals(&self, name: Part, part: Part) -> Diagnostic {
+        let (start, end) = self.range(part);
+        let place = Span { file: self.file, start, end };
+        let gap = Span { start: self.range(name).1, ..place };
+        Diagnostic::error(codes::E0121, place, "a field is set by `:`, not by `=`").help("write `:`").suggest(gap, ":")
     }
 }
 
@@ -211,4 +214,6 @@ impl<'a> Writer<'a> {
 enum Slip {
     Equals,
     NoColon,
+    /// `outer diameter: 4 mm`.
+    TwoNames,
 }

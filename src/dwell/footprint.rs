@@ -1,0 +1,61 @@
+//! The influence function as it lies on the part.
+//!
+//! In: a removal rate over the place relative to the contact point, in the part's axes. Out: a [`Footprint`]: that rate
+//! with its reach, its volume and its width, which is all that the removal operators ask of a tool.
+
+use crate::tool::{InfluenceFunction, part_to_tool};
+
+/// Removal rate around the contact point, in the axes of the part. Positive takes glass away.
+pub struct Footprint<'a> {
+    rate: Box<dyn Fn(f64, f64) -> f64 + Sync + 'a>,
+    /// Nothing is removed farther than this from the contact point, metres.
+    pub radius: f64,
+    /// Integral of the rate, m³/s.
+    pub volume_rate: f64,
+    /// The finest detail that grids and sub-samples must resolve, metres: for a Gaussian its sigma.
+    pub sigma: f64,
+}
+
+impl<'a> Footprint<'a> {
+    /// Of any rate in m/s; it must vanish beyond `radius`.
+    pub fn new(rate: impl Fn(f64, f64) -> f64 + Sync + 'a, radius: f64, volume_rate: f64, sigma: f64) -> Footprint<'a> {
+        Footprint { rate: Box::new(rate), radius, volume_rate, sigma }
+    }
+
+    /// Of a tool whose x axis points along `azimuth` on the part (radians, from +x towards +y).
+    pub fn of(influence: &'a InfluenceFunction, azimuth: f64) -> Footprint<'a> {
+        let rate = move |dx: f64, dy: f64| {
+            let [x, y] = part_to_tool(dx, dy, azimuth);
+            influence.rate(x, y)
+        };
+        Footprint::new(rate, influence.radius(), influence.volume_rate(), influence.sigma_scale())
+    }
+
+    /// Removal rate at `(dx, dy)` from the contact point, m/s.
+    pub fn rate(&self, dx: f64, dy: f64) -> f64 {
+        (self.rate)(dx, dy)
+    }
+}
+
+/// Depth that a covered area loses even at the greatest feed, metres: `V / (v_max * pitch)`, with the volume rate V in
+/// m³/s and the distance `pitch` of the lines. The most important number of feasibility: no map can ask for less.
+pub fn floor_depth(volume_rate: f64, feed_greatest: f64, line_pitch: f64) -> f64 {
+    volume_rate / (feed_greatest * line_pitch)
+}
+
+/// Footprints for the tests of this module's neighbours.
+#[cfg(test)]
+pub(super) mod examples {
+    use super::*;
+    use std::f64::consts::PI;
+
+    /// Gaussian cut at `radius`: peak in m/s, lengths in metres.
+    pub fn gaussian(peak: f64, sigma: f64, radius: f64) -> Footprint<'static> {
+        let rate = move |x: f64, y: f64| {
+            let square = x * x + y * y;
+            if square <= radius * radius { peak * (-square / (2.0 * sigma * sigma)).exp() } else { 0.0 }
+        };
+        let volume = 2.0 * PI * sigma * sigma * peak * (1.0 - (-radius * radius / (2.0 * sigma * sigma)).exp());
+        Footprint::new(rate, radius, volume, sigma)
+    }
+}

@@ -1,0 +1,662 @@
+//! The plan of a corrective run: checks, solve, speeds, prediction.
+//!
+//! In: a [`Task`]. Out: an [`Outcome`], or what makes the run impossible, with the number that would mend it.
+
+use super::footprint::{Footprint, floor_depth};
+use super::least_squares::{self, Base, LinearOperator, Stop, Wanted};
+use super::removal::{Removal, Samples, Window};
+use super::speed::{self, Limits, Segments};
+use super::{TimedPath, prediction};
+use crate::diagnostics::{Problem, codes};
+use crate::job::{Aperture, Controller, Corrective, Piston};
+use crate::metrology::Grid;
+use crate::path::{self, Link, ToolPath};
+use crate::tool::InfluenceFunction;
+
+/// Everything that a corrective run is planned from. Lengths in metres, times in seconds.
+pub struct Task<'a> {
+    pub path: ToolPath,
+    /// Distance of neighbouring lines.
+    pub line_pitch: f64,
+    /// Form error in the part frame, positive where glass stands too high; no NaN inside `clear`.
+    pub error: &'a Grid,
+    pub clear: &'a Aperture,
+    pub edge: &'a Aperture,
+    pub influence: &'a InfluenceFunction,
+    /// Direction of the tool's x axis on the part, radians.
+    pub azimuth: f64,
+    pub dwell: &'a Corrective,
+    /// Programmed speeds are whole multiples of this, m/s.
+    pub speed_step: f64,
+}
+
+/// A solved run.
+#[derive(Clone, Debug)]
+pub struct Outcome {
+    pub timed: TimedPath,
+    /// Depth that will be removed, on the map's pixels; NaN outside the clear aperture.
+    pub removal: Grid,
+    /// Error that will be left, the even layer taken out; NaN outside the clear aperture.
+    pub residual: Grid,
+    pub figures: Figures,
+}
+
+/// What the report says of a solved run. Lengths in metres, times in seconds.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Figures {
+    /// Of the error map inside the clear aperture, RMS about the mean.
+    pub before_rms: f64,
+    pub before_pv: f64,
+    /// Of the predicted residual.
+    pub rms: f64,
+    pub pv: f64,
+    /// Even layer removed beside the wanted part of the error: the mean of removal - removal_fraction * error.
+    pub base: f64,
+    pub mean_removal: f64,
+    pub greatest_removal: f64,
+    /// Depth that the path loses at the greatest feed, V / (v_max * pitch).
+    pub floor: f64,
+    /// Time on the lines and on the ways between them on the surface; a kinematic estimate.
+    pub time: f64,
+    /// Programmed speeds of the segments inside the clear aperture, m/s: those that do at least half of their work there.
+    pub least_speed: f64,
+    pub greatest_speed: f64,
+    /// Part of those segments whose time lies at one of its bounds.
+    pub at_bounds: f64,
+    /// Least distance of a standing tool from the part's edge.
+    pub overrun: f64,
+    /// Steps of the solver, all rounds together.
+    pub iterations: usize,
+    /// Solves: one, and one more each time that the arm's acceleration asked for slower speeds.
+    pub rounds: usize,
+    /// What the solver's own operator says of the same times (without rounding): a check of one against the other.
+    pub solver_rms: f64,
+}
+
+/// Rounds of limiting and solving again. After six the bounds hardly move (measured in the model's study of limits).
+const MOST_ROUNDS: usize = 6;
+
+/// Part of the residual that the arm's limits may cost, or another round must gain: a twentieth of the residual is less
+/// than what the influence function is known to.
+const LIMIT_COST: f64 = 0.05;
+
+/// Steps of a solve that starts from a solved neighbour.
+const LATER_ITERATIONS: usize = 40;
+
+/// When the solver stops. Heights below a hundredth of a nanometre are beneath every interferometer's repeatability;
+/// ten steps that together gain less than 1 % of the RMS are not worth their time.
+const STOP: Stop =
+    Stop { most_iterations: 200, relative_decrease: 0.01, elsewhere: 0.0, rms: 1e-11, relative_step: 1e-9 };
+
+/// Solves the dwell of a run. Oddities that leave it usable are said to `warnings`.
+///
+/// # Errors
+///
+/// E0644 (a line ends over the part), E0700 (feed, acceleration or fraction unusable), E0701 (the arm cannot reach the
+/// least feed in one segment), E0702 (the floor is deeper than what is wanted), E0703 (the map does not cover the clear
+/// aperture), E0704 (the path does not reach part of it), E0705 (nothing to remove), E0706 (pixels too coarse).
+pub fn solve(task: Task, warnings: &mut Vec<Problem>) -> Result<Outcome, Problem> {
+    let dwell = task.dwell;
+    let limits = limits(dwell, task.speed_step)?;
+    let footprint = Footprint::of(task.influence, task.azimuth);
+    let ends = path::ends::check(&task.path, task.edge, footprint.radius, limits.greatest, limits.acceleration)?;
+    let segments = Segments::new(&task.path);
+    check_start(&segments, &limits)?;
+    let field = Field::new(task.error, task.clear)?;
+    check_resolution(&field, &footprint, task.line_pitch, warnings)?;
+    let floor = floor_depth(footprint.volume_rate, limits.greatest, task.line_pitch);
+    let fraction = dwell.removal_fraction;
+    let base = check_base(&dwell.piston, fraction * field.greatest(), floor, &footprint, &limits)?;
+
+    // The solver's grid: pixels as coarse as the spot allows, since the spot smooths away everything finer.
+    let coarse = field.binned(footprint.sigma / 4.0);
+    let samples = Samples::segments(&task.path, footprint.sigma / 2.0);
+    let mut operator = Removal::new(&samples, &footprint, coarse.window);
+    drop(samples);
+    let depths: Vec<f64> = coarse.values.iter().map(|height| fraction * height).collect();
+    // A segment's fastest: full feed, as far as the arm gets there from rest and back.
+    let mut fastest = vec![limits.greatest; segments.length.len()];
+    speed::limit(&mut fastest, &segments, &limits);
+    let mut lower = speed::times(&fastest, &segments, &limits);
+    let slowest = vec![limits.least; segments.length.len()];
+    let mut upper = speed::times(&slowest, &segments, &limits);
+    raise(&mut upper, &lower);
+    let (start, inside) = start(&mut operator, &coarse, &segments, &depths, base)?;
+
+    let stop = Stop { elsewhere: (1.0 - fraction) * coarse.rms(), ..STOP };
+    let mut solved = {
+        let wanted = Wanted { depths: &depths, weights: &coarse.weights, lower: &lower, upper: &upper, base };
+        least_squares::solve(&mut operator, &wanted, &start, stop)
+    };
+    let (mut iterations, mut rounds) = (solved.iterations, 1);
+    let mut best: Option<(f64, Vec<f64>)> = None;
+    let all = |rms: f64| libm::hypot(rms, stop.elsewhere);
+    loop {
+        let speeds = speed::for_times(&solved.times, &segments, &limits);
+        let times = speed::times(&speeds, &segments, &limits);
+        let wanted = Wanted { depths: &depths, weights: &coarse.weights, lower: &lower, upper: &upper, base };
+        let (rms, _) = least_squares::evaluate(&mut operator, &wanted, &times);
+        let earlier = best.as_ref().map_or(f64::INFINITY, |(rms, _)| *rms);
+        if rms < earlier {
+            best = Some((rms, speeds));
+        }
+        // Good enough: what the arm's limits cost is small beside the residual, or another round gained nothing.
+        let cheap = all(rms) <= (1.0 + LIMIT_COST) * all(solved.rms) || rms <= STOP.rms;
+        if cheap || rounds > MOST_ROUNDS || rms > (1.0 - LIMIT_COST) * earlier {
+            break;
+        }
+        for i in 0..times.len() {
+            if times[i] > solved.times[i] * (1.0 + 1e-6) {
+                lower[i] = lower[i].max(times[i]);
+            }
+        }
+        raise(&mut upper, &lower);
+        let wanted = Wanted { depths: &depths, weights: &coarse.weights, lower: &lower, upper: &upper, base };
+        let stop = Stop { most_iterations: LATER_ITERATIONS, ..stop };
+        solved = least_squares::solve(&mut operator, &wanted, &times, stop);
+        iterations += solved.iterations;
+        rounds += 1;
+    }
+    let (solver_rms, mut speeds) = best.unwrap_or_default();
+    speed::round(&mut speeds, &segments, &limits, task.speed_step);
+    let step = task.speed_step;
+    let at_bound = |i: &&usize| speeds[**i] < limits.least + step || speeds[**i] > fastest[**i] - step;
+    let at_bounds = inside.iter().filter(at_bound).count();
+    let timed = timed_path(task.path, &segments, &speeds, &limits, task.speed_step);
+    let mut outcome = predict(timed, &footprint, task.error, task.clear, dwell)?;
+    let speed_of = |pick: fn(f64, f64) -> f64, from: f64| inside.iter().fold(from, |s, &i| pick(s, speeds[i]));
+    outcome.figures = Figures {
+        floor,
+        least_speed: speed_of(f64::min, limits.greatest),
+        greatest_speed: speed_of(f64::max, 0.0),
+        at_bounds: at_bounds as f64 / inside.len().max(1) as f64,
+        overrun: ends.least_overrun,
+        iterations,
+        rounds,
+        solver_rms,
+        ..outcome.figures
+    };
+    warn(&outcome.figures, dwell, warnings);
+    Ok(outcome)
+}
+
+/// Predicts what a timed path removes, from its programmed speeds alone: figures that only the solver knows are zero.
+///
+/// # Errors
+///
+/// E0703 (the map does not cover the clear aperture).
+pub fn predict(
+    timed: TimedPath,
+    footprint: &Footprint,
+    error: &Grid,
+    clear: &Aperture,
+    dwell: &Corrective,
+) -> Result<Outcome, Problem> {
+    let field = Field::new(error, clear)?;
+    let limits = Limits { least: dwell.feed.from.0, greatest: dwell.feed.to.0, acceleration: dwell.acceleration.0 };
+    let depths = prediction::removal(&timed, footprint, &limits, &field.window);
+    let fraction = dwell.removal_fraction;
+    let inside: Vec<usize> = (0..depths.len()).filter(|&i| field.weights[i] > 0.0).collect();
+    let mean = |value: &dyn Fn(usize) -> f64| inside.iter().map(|&i| value(i)).sum::<f64>() / inside.len() as f64;
+    let base = mean(&|i| depths[i] - fraction * field.values[i]);
+    let left = |i: usize| field.values[i] - depths[i] + base;
+    let spread = |value: &dyn Fn(usize) -> f64| {
+        let centre = mean(value);
+        let rms = mean(&|i| (value(i) - centre) * (value(i) - centre)).sqrt();
+        let (low, high) = inside
+            .iter()
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &i| (low.min(value(i)), high.max(value(i))));
+        (rms, high - low)
+    };
+    let (before_rms, before_pv) = spread(&|i| field.values[i]);
+    let (rms, pv) = spread(&left);
+    let segments = Segments::new(&timed.path);
+    let speeds: Vec<f64> = segments.point.iter().map(|&p| timed.speed[p]).collect();
+    let figures = Figures {
+        before_rms,
+        before_pv,
+        rms,
+        pv,
+        base,
+        mean_removal: mean(&|i| depths[i]),
+        greatest_removal: inside.iter().fold(0.0, |most, &i| depths[i].max(most)),
+        time: speed::times(&speeds, &segments, &limits).iter().sum::<f64>() + link_time(&timed, &limits),
+        ..Figures::default()
+    };
+    let mut removal = nowhere(error);
+    let mut residual = nowhere(error);
+    for &i in &inside {
+        let at = field.place_in_map(i);
+        removal.values[at] = depths[i];
+        residual.values[at] = left(i);
+    }
+    Ok(Outcome { timed, removal, residual, figures })
+}
+
+/// Refuses segments that pass faster than the controller takes new moves (E0707), and warns of those that are quicker
+/// than is usual for it (W0705).
+pub fn check_segment_times(
+    timed: &TimedPath,
+    dwell: &Corrective,
+    controller: &Controller,
+    warnings: &mut Vec<Problem>,
+) -> Result<(), Problem> {
+    let limits = Limits { least: dwell.feed.from.0, greatest: dwell.feed.to.0, acceleration: dwell.acceleration.0 };
+    let segments = Segments::new(&timed.path);
+    let speeds: Vec<f64> = segments.point.iter().map(|&p| timed.speed[p]).collect();
+    let times = speed::times(&speeds, &segments, &limits);
+    let Some(i) = (0..times.len()).min_by(|&a, &b| times[a].total_cmp(&times[b])) else { return Ok(()) };
+    let [x, y, _] = timed.path.points.position(segments.point[i]);
+    let say = |limit: f64| {
+        format!(
+            "the move to x {:.3} mm, y {:.3} mm takes {:.2} ms at {:.3} mm/s, less than the {:.2} ms of controller `{}`",
+            x * 1e3,
+            y * 1e3,
+            times[i] * 1e3,
+            speeds[i] * 1e3,
+            limit * 1e3,
+            controller.name
+        )
+    };
+    let help = "lower the upper end of `feed`, or make `point_step` longer";
+    if times[i] < controller.segment_time_least.0 {
+        return Err(Problem::error(codes::E0707, "dwell.feed", say(controller.segment_time_least.0)).help(help));
+    }
+    if times[i] < controller.segment_time_usual.0 {
+        let usual = controller.segment_time_usual.0;
+        let count = times.iter().filter(|time| **time < usual).count();
+        warnings.push(
+            Problem::warning(codes::W0705, "dwell.feed", say(usual))
+                .note(format!("{count} of {} moves are that short", times.len()))
+                .help(help),
+        );
+    }
+    Ok(())
+}
+
+/// The error map where it counts: its pixels around the clear aperture.
+struct Field {
+    window: Window,
+    /// Metres; zero where the weight is.
+    values: Vec<f64>,
+    /// Part of the pixel's area that counts: 0 or 1 on the map's own pixels.
+    weights: Vec<f64>,
+    /// Column and row of the window's first pixel in the map, and the map's columns.
+    corner: [usize; 2],
+    map_columns: usize,
+}
+
+impl Field {
+    fn new(error: &Grid, clear: &Aperture) -> Result<Field, Problem> {
+        let bounds = clear.bounds();
+        let size = [error.columns, error.rows];
+        let refuse = |message: String| {
+            Problem::error(codes::E0703, "workpiece.error", message).help(
+                "measure a larger area, make `clear` smaller, or check `pixel`, `centre` and `fill_below` of the map",
+            )
+        };
+        let (mut corner, mut count) = ([0; 2], [0; 2]);
+        for axis in 0..2 {
+            // Pixels whose centre can lie inside the clear aperture.
+            let first = ((bounds.min[axis] - error.origin[axis]) / error.pixel[axis]).ceil();
+            let last = ((bounds.max[axis] - error.origin[axis]) / error.pixel[axis]).floor();
+            if !(first >= 0.0 && last < size[axis] as f64) {
+                return Err(refuse("the map is smaller than the clear aperture".to_string()));
+            }
+            if last < first {
+                return Err(refuse("not one pixel of the map lies inside the clear aperture".to_string()));
+            }
+            corner[axis] = first as usize;
+            count[axis] = (last - first) as usize + 1;
+        }
+        let window = Window {
+            columns: count[0],
+            rows: count[1],
+            pixel: error.pixel,
+            origin: error.position(corner[1], corner[0]),
+        };
+        let mut field = Field { window, values: Vec::new(), weights: Vec::new(), corner, map_columns: error.columns };
+        for i in 0..window.len() {
+            let [x, y] = window.position(i);
+            let height = error.values[field.place_in_map(i)];
+            let inside = clear.contains(x, y);
+            if inside && !height.is_finite() {
+                let message = format!(
+                    "the map knows nothing at x {:.3} mm, y {:.3} mm inside the clear aperture",
+                    x * 1e3,
+                    y * 1e3
+                );
+                return Err(refuse(message));
+            }
+            field.values.push(if inside { height } else { 0.0 });
+            field.weights.push(if inside { 1.0 } else { 0.0 });
+        }
+        if field.weights.iter().all(|weight| *weight == 0.0) {
+            return Err(refuse("not one pixel of the map lies inside the clear aperture".to_string()));
+        }
+        Ok(field)
+    }
+
+    fn place_in_map(&self, i: usize) -> usize {
+        (self.corner[1] + i / self.window.columns) * self.map_columns + self.corner[0] + i % self.window.columns
+    }
+
+    /// The greatest height inside the clear aperture.
+    fn greatest(&self) -> f64 {
+        let inside = self.values.iter().zip(&self.weights).filter(|(_, weight)| **weight > 0.0);
+        inside.fold(f64::NEG_INFINITY, |most, (value, _)| most.max(*value))
+    }
+
+    /// Root mean square about the mean, weighted.
+    fn rms(&self) -> f64 {
+        let weight: f64 = self.weights.iter().sum();
+        let mean = |value: &dyn Fn(f64) -> f64| {
+            self.values.iter().zip(&self.weights).map(|(v, w)| w * value(*v)).sum::<f64>() / weight
+        };
+        let centre = mean(&|v| v);
+        mean(&|v| (v - centre) * (v - centre)).sqrt()
+    }
+
+    /// Means over whole pixels that stay at most `side` wide, weighted by the area that counts. The field itself where
+    /// its pixels are that wide already.
+    fn binned(&self, side: f64) -> Field {
+        let factor = self.window.pixel.map(|pixel| ((side / pixel).floor() as usize).max(1));
+        let [fx, fy] = factor;
+        let fine = &self.window;
+        let window = Window {
+            columns: fine.columns.div_ceil(fx),
+            rows: fine.rows.div_ceil(fy),
+            pixel: [fine.pixel[0] * fx as f64, fine.pixel[1] * fy as f64],
+            origin: [0, 1].map(|a| fine.origin[a] + (factor[a] - 1) as f64 / 2.0 * fine.pixel[a]),
+        };
+        let mut binned = Field {
+            window,
+            values: vec![0.0; window.len()],
+            weights: vec![0.0; window.len()],
+            corner: self.corner,
+            map_columns: self.map_columns,
+        };
+        for i in 0..fine.len() {
+            let to = i / fine.columns / fy * window.columns + i % fine.columns / fx;
+            binned.values[to] += self.weights[i] * self.values[i];
+            binned.weights[to] += self.weights[i];
+        }
+        for (value, weight) in binned.values.iter_mut().zip(&mut binned.weights) {
+            if *weight > 0.0 {
+                *value /= *weight;
+            }
+            *weight /= (fx * fy) as f64;
+        }
+        binned
+    }
+}
+
+/// A grid like `like`, unknown everywhere.
+fn nowhere(like: &Grid) -> Grid {
+    Grid { values: vec![f64::NAN; like.values.len()], ..like.clone() }
+}
+
+fn raise(upper: &mut [f64], lower: &[f64]) {
+    for (upper, lower) in upper.iter_mut().zip(lower) {
+        *upper = upper.max(*lower);
+    }
+}
+
+fn limits(dwell: &Corrective, step: f64) -> Result<Limits, Problem> {
+    let (least, greatest, acceleration) = (dwell.feed.from.0, dwell.feed.to.0, dwell.acceleration.0);
+    let refuse = |field: &str, message: String| Err(Problem::error(codes::E0700, format!("dwell.{field}"), message));
+    if !(least > 0.0 && least <= greatest && greatest.is_finite()) {
+        let message = format!(
+            "the feed from {:.4} mm/s to {:.4} mm/s is not a range of positive speeds",
+            least * 1e3,
+            greatest * 1e3
+        );
+        return refuse("feed", message);
+    }
+    if !((greatest / step * (1.0 + 1e-12)).floor() >= (least / step * (1.0 - 1e-12)).ceil()) {
+        let message =
+            format!("the feed holds no speed that the controller can be told, in steps of {} mm/s", step * 1e3);
+        return refuse("feed", message);
+    }
+    if !(acceleration > 0.0 && acceleration.is_finite()) {
+        return refuse(
+            "acceleration",
+            format!("the acceleration is {} mm/s²; it must be positive", acceleration * 1e3),
+        );
+    }
+    let fraction = dwell.removal_fraction;
+    if !(fraction > 0.0 && fraction <= 1.0) {
+        let message = format!("`removal_fraction` is {} %; it must lie above 0 % and at most at 100 %", fraction * 1e2);
+        return refuse("removal_fraction", message);
+    }
+    Ok(Limits { least, greatest, acceleration })
+}
+
+/// The least feed must be reachable from rest within half a segment, where a line ends.
+fn check_start(segments: &Segments, limits: &Limits) -> Result<(), Problem> {
+    let shortest = segments.length.iter().fold(f64::INFINITY, |a, b| a.min(*b));
+    let reachable = (limits.acceleration * shortest).sqrt();
+    if limits.least <= reachable {
+        return Ok(());
+    }
+    let message = format!(
+        "at {:.3} mm/s² the arm gets from rest to {:.4} mm/s and back within a move of {:.3} mm, which is slower than \
+         the least feed of {:.4} mm/s",
+        limits.acceleration * 1e3,
+        reachable * 1e3,
+        shortest * 1e3,
+        limits.least * 1e3
+    );
+    Err(Problem::error(codes::E0701, "dwell.feed", message).help("lower the least feed, or make `point_step` longer"))
+}
+
+fn check_resolution(
+    field: &Field,
+    footprint: &Footprint,
+    line_pitch: f64,
+    warnings: &mut Vec<Problem>,
+) -> Result<(), Problem> {
+    let pixel = field.window.pixel[0].max(field.window.pixel[1]);
+    let message = format!(
+        "the map's pixels of {:.3} mm are coarse beside the spot, whose sigma is {:.3} mm",
+        pixel * 1e3,
+        footprint.sigma * 1e3
+    );
+    if pixel > footprint.sigma / 2.0 {
+        return Err(Problem::error(codes::E0706, "workpiece.error", message)
+            .note("pixels wider than half a sigma cannot carry what the tool removes")
+            .help(format!("use a map with pixels of at most {:.3} mm", footprint.sigma / 4.0 * 1e3)));
+    }
+    if pixel > footprint.sigma / 4.0 {
+        warnings.push(
+            Problem::warning(codes::W0700, "workpiece.error", message)
+                .note("the predicted removal is right to a few per cent only")
+                .help(format!("use a map with pixels of at most {:.3} mm", footprint.sigma / 4.0 * 1e3)),
+        );
+    }
+    // Lines at a distance p of Gaussian profile with width sigma leave a ripple of 2 exp(-2 pi² sigma²/p²) of the depth
+    // (the first term of the Fourier series): 0.03 % at 1.5 sigma, 1.4 % at 2 sigma.
+    if line_pitch > 1.5 * footprint.sigma {
+        let ratio = std::f64::consts::PI * footprint.sigma / line_pitch;
+        let ripple = 2.0 * libm::exp(-2.0 * ratio * ratio);
+        let message = format!(
+            "lines {:.3} mm apart leave a ripple of about {:.1} % of the removal, since the spot's sigma is {:.3} mm",
+            line_pitch * 1e3,
+            ripple * 1e2,
+            footprint.sigma * 1e3
+        );
+        warnings.push(
+            Problem::warning(codes::W0701, "path.line_pitch", message)
+                .help(format!("a `line_pitch` of {:.3} mm leaves less than 0.1 %", 1.5 * footprint.sigma * 1e3)),
+        );
+    }
+    Ok(())
+}
+
+/// The even layer that the solver may take, after the checks of what the path must take.
+fn check_base(
+    piston: &Piston,
+    highest: f64,
+    floor: f64,
+    footprint: &Footprint,
+    limits: &Limits,
+) -> Result<Base, Problem> {
+    let (base, field, most, what) = match piston {
+        Piston::free(free) => {
+            let most = free.at_most.map_or(f64::INFINITY, |depth| depth.0);
+            (Base::AtMost(most), "dwell.piston.at_most", most, "the even layer of at most")
+        }
+        Piston::fixed(fixed) => {
+            (Base::Fixed(fixed.depth.0), "dwell.piston.depth", fixed.depth.0, "the fixed even layer of")
+        }
+        // Without an even layer the highest place still must lose more than the path takes everywhere.
+        Piston::held(_) => (Base::Fixed(0.0), "dwell.piston", highest, "the highest place, which asks for"),
+    };
+    let layer = match base {
+        Base::Fixed(depth) => depth,
+        Base::AtMost(most) => most,
+    };
+    if !(layer + highest > 0.0) {
+        let message = "nowhere in the clear aperture is there anything to remove";
+        return Err(Problem::error(codes::E0705, "workpiece.error", message)
+            .help("check `positive` and `subtract` of the map, or allow an even layer: `piston: free {}`"));
+    }
+    if floor > most {
+        let message = format!(
+            "even at its greatest feed the path removes {:.3} nm everywhere, more than {what} {:.3} nm",
+            floor * 1e9,
+            most * 1e9
+        );
+        // V / (v pitch) = most, solved for each of its three factors.
+        let factor = floor / most.max(0.0);
+        let help = if factor.is_finite() {
+            format!(
+                "raise the feed above {:.3} mm/s, or make `line_pitch` {factor:.2} times as wide, or use a spot that \
+                 removes less than {:.4} mm³/min, or allow a deeper layer",
+                limits.greatest * factor * 1e3,
+                footprint.volume_rate / factor * 60e9
+            )
+        } else {
+            "allow an even layer: `piston: free {}`".to_string()
+        };
+        return Err(Problem::error(codes::E0702, field, message).help(help));
+    }
+    Ok(base)
+}
+
+/// Times to start from: as long on each segment as the wanted depth around it asks for, against what a unit of
+/// slowness removes there. Beside them, the segments that do at least half of their work inside the clear aperture.
+fn start(
+    operator: &mut Removal,
+    field: &Field,
+    segments: &Segments,
+    depths: &[f64],
+    base: Base,
+) -> Result<(Vec<f64>, Vec<usize>), Problem> {
+    let inside = |i: usize| field.weights[i] > 0.0;
+    let mut unit = vec![0.0; depths.len()];
+    operator.forward(&segments.length, &mut unit);
+    let count = (0..unit.len()).filter(|&i| inside(i)).count();
+    let mean = (0..unit.len()).filter(|&i| inside(i)).map(|i| unit[i]).sum::<f64>() / count as f64;
+    // A pixel that the path reaches with less than a hundredth of the usual strength would need a feed a hundred times
+    // slower than its neighbours': the path does not cover it.
+    if let Some(i) = (0..unit.len()).find(|&i| inside(i) && !(unit[i] > 0.01 * mean)) {
+        let [x, y] = field.window.position(i);
+        let message = format!("the path does not reach x {:.3} mm, y {:.3} mm in the clear aperture", x * 1e3, y * 1e3);
+        return Err(Problem::error(codes::E0704, "path.over", message)
+            .help("let `over` reach beyond the clear aperture, and lay the lines closer than the spot is wide"));
+    }
+    let lowest = (0..depths.len()).filter(|&i| inside(i)).fold(f64::INFINITY, |low, i| low.min(depths[i]));
+    let base = match base {
+        Base::Fixed(base) => base,
+        Base::AtMost(most) => most.min(-lowest),
+    };
+    let weigh = |values: &dyn Fn(usize) -> f64| (0..depths.len()).map(|i| field.weights[i] * values(i)).collect();
+    let (wanted, have): (Vec<f64>, Vec<f64>) = (weigh(&|i| (depths[i] + base).max(0.0)), weigh(&|i| unit[i]));
+    let (mut local_wanted, mut local_have) = (vec![0.0; segments.length.len()], vec![0.0; segments.length.len()]);
+    operator.transpose(&wanted, &mut local_wanted);
+    operator.transpose(&have, &mut local_have);
+    let mut work = vec![0.0; segments.length.len()];
+    operator.transpose(&field.weights, &mut work);
+    let whole = work.iter().fold(0.0f64, |most, w| most.max(*w));
+    let start = (0..segments.length.len())
+        .map(|i| {
+            // Where a segment does less than a millionth of its work inside the aperture the quotient is rounding noise;
+            // its time cannot matter, and it gets the shortest.
+            if work[i] > 1e-6 * whole { segments.length[i] * local_wanted[i] / local_have[i] } else { 0.0 }
+        })
+        .collect();
+    Ok((start, (0..work.len()).filter(|&i| work[i] >= 0.5 * whole).collect()))
+}
+
+fn timed_path(path: ToolPath, segments: &Segments, speeds: &[f64], limits: &Limits, step: f64) -> TimedPath {
+    let steps_in_unit = (1.0 / step).round();
+    let down = |speed: f64| (speed * steps_in_unit * (1.0 + 1e-12)).floor().max(1.0) / steps_in_unit;
+    let mut speed = vec![down(limits.greatest); path.points.len()];
+    for (&point, &value) in segments.point.iter().zip(speeds) {
+        speed[point] = value;
+    }
+    for pair in path.lines.windows(2) {
+        if pair[0].link == Link::OnSurface {
+            // From rest to rest over the distance of two lines: half of it speeding up, half slowing down.
+            let reachable = (limits.acceleration * link_length(&path, &pair[0], &pair[1])).sqrt();
+            speed[pair[1].points.start] = down(limits.greatest.min(reachable));
+        }
+    }
+    TimedPath { path, speed }
+}
+
+fn link_length(path: &ToolPath, line: &path::Line, next: &path::Line) -> f64 {
+    let [a, b] = [line.points.end - 1, next.points.start].map(|p| path.points.position(p));
+    libm::hypot(libm::hypot(b[0] - a[0], b[1] - a[1]), b[2] - a[2])
+}
+
+/// Time of the ways from line to line on the surface, from rest to rest.
+fn link_time(timed: &TimedPath, limits: &Limits) -> f64 {
+    let on_surface = timed.path.lines.windows(2).filter(|pair| pair[0].link == Link::OnSurface);
+    on_surface
+        .map(|pair| {
+            let speed = timed.speed[pair[1].points.start];
+            link_length(&timed.path, &pair[0], &pair[1]) / speed + speed / limits.acceleration
+        })
+        .sum()
+}
+
+fn warn(figures: &Figures, dwell: &Corrective, warnings: &mut Vec<Problem>) {
+    // A tenth of the times at a bound is where the reference study saw the residual suffer.
+    if figures.at_bounds > 0.1 {
+        let message =
+            format!("{:.0} % of the moves over the clear aperture run at an end of `feed`", figures.at_bounds * 1e2);
+        warnings.push(
+            Problem::warning(codes::W0702, "dwell.feed", message)
+                .note("the solver would go faster or slower there; the residual suffers")
+                .help("widen `feed`, or allow a deeper even layer in `piston`"),
+        );
+    }
+    if let Piston::free(free) = &dwell.piston
+        && let Some(most) = free.at_most
+        && figures.base > 1.05 * most.0
+    {
+        let message = format!(
+            "the even layer will be {:.3} nm, more than the {:.3} nm that the piston may have",
+            figures.base * 1e9,
+            most.0 * 1e9
+        );
+        warnings.push(
+            Problem::warning(codes::W0703, "dwell.piston.at_most", message)
+                .note("valleys deeper than the layer lose glass too, since no feed is fast enough to remove nothing")
+                .help("raise `at_most`, or the upper end of `feed`"),
+        );
+    }
+    if figures.rms > figures.before_rms {
+        let message = format!(
+            "the run is predicted to leave the part worse: {:.3} nm RMS, from {:.3} nm",
+            figures.rms * 1e9,
+            figures.before_rms * 1e9
+        );
+        warnings.push(
+            Problem::warning(codes::W0704, "dwell", message)
+                .help("do not run it; the error may be finer than the spot"),
+        );
+    }
+}

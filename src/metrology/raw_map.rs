@@ -1,0 +1,129 @@
+//! The raw map: a picture of heights as the file shows it, before the job says where it lies on the part.
+
+use crate::diagnostics::{Problem, codes};
+
+/// Formats of height maps that are read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    MetroPro,
+    Npy,
+}
+
+impl Format {
+    /// The name in `polishc inspect`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Format::MetroPro => "metropro",
+            Format::Npy => "npy",
+        }
+    }
+}
+
+/// A picture of heights. Row 0 is the top of the picture, column 0 its left side; NaN marks invalid pixels.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RawMap {
+    pub format: Format,
+    pub columns: usize,
+    pub rows: usize,
+    /// Row-major from the top left. Metres where `metres`, else in the unit that the job must state.
+    pub values: Vec<f64>,
+    /// Whether the file says its vertical scale.
+    pub metres: bool,
+    /// Pitch of the pixels along rows and along columns, metres, where the file says it.
+    pub pixel: Option<[f64; 2]>,
+    /// Metres, where the file says it.
+    pub wavelength: Option<f64>,
+    /// MetroPro's interferometric scale factor: 0.5 turns fringes of a reflection into surface heights, 1 leaves them
+    /// wavefront.
+    pub scale_factor: Option<f64>,
+    /// MetroPro's remark that the sign was inverted when the data were taken.
+    pub sign_inverted: bool,
+}
+
+/// How far a pixel stated by the job may differ from the file's own: one pixel in a thousand, which over the width of a
+/// usual camera shifts no place by more than a pixel.
+const PIXEL_AGREEMENT: f64 = 1e-3;
+
+/// Largest believable height. No form error that is polished off by a dwell map comes near a centimetre; an array of
+/// nanometres read as metres goes far beyond.
+const LARGEST_HEIGHT: f64 = 0.01;
+
+impl RawMap {
+    /// The pitch of the pixels along rows and along columns, metres: the file's own, or the one stated, which must agree
+    /// where both exist. Fields are `pixel`. E0506 if nobody says it, E0507 if the two disagree.
+    pub fn pixel_pitch(&self, stated: Option<f64>) -> Result<[f64; 2], Problem> {
+        if let Some(pixel) = stated
+            && !(pixel > 0.0 && pixel.is_finite())
+        {
+            let message = format!("the stated pixel is {:.6} mm; it must be positive", pixel * 1e3);
+            return Err(Problem::error(codes::E0507, "pixel", message));
+        }
+        match (self.pixel, stated) {
+            (Some(own), None) => Ok(own),
+            (None, Some(pixel)) => Ok([pixel; 2]),
+            (None, None) => Err(Problem::error(codes::E0506, "pixel", "the file does not say how large a pixel is")
+                .help("state the side of one pixel: `pixel: 0.5 mm` (on the command line `--pixel 0.5mm`)")),
+            (Some(own), Some(pixel)) => {
+                if own.iter().all(|side| (side / pixel - 1.0).abs() <= PIXEL_AGREEMENT) {
+                    return Ok(own);
+                }
+                let message = format!(
+                    "the file says that a pixel has {:.6} mm x {:.6} mm, but {:.6} mm is stated",
+                    own[0] * 1e3,
+                    own[1] * 1e3,
+                    pixel * 1e3
+                );
+                Err(Problem::error(codes::E0507, "pixel", message)
+                    .help("find out which is right; leave `pixel` out if the file is"))
+            }
+        }
+    }
+
+    /// All values in metres, NaN where invalid. `unit` is the height that the value 1 means. Fields are `unit`, or
+    /// `file`. E0506 if nobody says the unit, E0507 if it is stated although the file says its own, E0508 if no pixel
+    /// is valid, E0511 if a height is infinite or beyond a centimetre.
+    pub fn heights(&self, unit: Option<f64>) -> Result<Vec<f64>, Problem> {
+        let scale = match (self.metres, unit) {
+            (true, None) => 1.0,
+            (false, Some(unit)) if unit > 0.0 && unit.is_finite() => unit,
+            (false, Some(unit)) => {
+                let message = format!("the stated unit is {:.6} nm; it must be positive", unit * 1e9);
+                return Err(Problem::error(codes::E0507, "unit", message)
+                    .help("the sense of the heights is said by `positive`, not by the sign of `unit`"));
+            }
+            (false, None) => {
+                return Err(Problem::error(
+                    codes::E0506,
+                    "unit",
+                    "the file does not say what its heights are measured in",
+                )
+                .help("state what the value 1 means: `unit: 1 nm` (on the command line `--unit 1nm`)"));
+            }
+            (true, Some(_)) => {
+                return Err(Problem::error(
+                    codes::E0507,
+                    "unit",
+                    "the file says its own scale, a unit beside it is one too many",
+                )
+                .help("leave `unit` out"));
+            }
+        };
+        let heights: Vec<f64> = self.values.iter().map(|value| value * scale).collect();
+        if heights.iter().all(|h| h.is_nan()) {
+            return Err(Problem::error(codes::E0508, "file", "the map has no valid pixel")
+                .help("look at the map on the instrument: the part was not seen, or was masked away"));
+        }
+        if let Some(at) = heights.iter().position(|h| h.abs() > LARGEST_HEIGHT) {
+            let (row, column) = (at / self.columns, at % self.columns);
+            let message = format!(
+                "the height in row {row}, column {column} of the map is {:e} mm; more than {:.0} mm is no form error",
+                heights[at] * 1e3,
+                LARGEST_HEIGHT * 1e3
+            );
+            let field = if self.metres { "file" } else { "unit" };
+            return Err(Problem::error(codes::E0511, field, message)
+                .help("check the unit; mark invalid pixels as NaN, not by a large number"));
+        }
+        Ok(heights)
+    }
+}

@@ -1,0 +1,132 @@
+//! Where lines start and end: the tool stands still there, so it must not stand over the glass.
+//!
+//! In: a [`ToolPath`], the part's edge, how far the spot reaches and how fast the tool gets to speed. Out: how far the
+//! line ends lie beyond the edge, or a refusal that says by how much the path must grow.
+
+use super::{Link, ToolPath};
+use crate::diagnostics::{Problem, codes};
+use crate::job::Aperture;
+
+/// How the ends of the lines lie.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LineEnds {
+    /// Least distance of a line end, or of the way from one line to the next, beyond the part's edge, metres.
+    pub least_overrun: f64,
+    /// What every line would need so that the tool reaches full feed before its spot touches the part, metres: the
+    /// spot's radius and `v²/2a`. Where the overrun is smaller, the solver reckons with the ramp.
+    pub full_feed_overrun: f64,
+}
+
+/// Checks that at both ends of every line, and midway to the next line where the tool stays on the surface, the spot
+/// stands clear of the part.
+///
+/// # Errors
+///
+/// E0644 if the spot, standing still, would touch the part.
+pub fn check(
+    path: &ToolPath,
+    edge: &Aperture,
+    spot_radius: f64,
+    feed: f64,
+    acceleration: f64,
+) -> Result<LineEnds, Problem> {
+    let mut least = (f64::INFINITY, [0.0; 2]);
+    let mut look = |[x, y]: [f64; 2]| {
+        // The distance is that to the outer boundary: the hole of a ring is no place to stand either.
+        let overrun = outside(edge, x, y);
+        if overrun < least.0 {
+            least = (overrun, [x, y]);
+        }
+    };
+    for (i, line) in path.lines.iter().enumerate() {
+        let [first, last] = [line.points.start, line.points.end - 1].map(|p| path.points.position(p));
+        look([first[0], first[1]]);
+        look([last[0], last[1]]);
+        if let (Link::OnSurface, Some(next)) = (line.link, path.lines.get(i + 1)) {
+            let next = path.points.position(next.points.start);
+            look([(last[0] + next[0]) / 2.0, (last[1] + next[1]) / 2.0]);
+        }
+    }
+    let (least_overrun, [x, y]) = least;
+    let full_feed_overrun = spot_radius + feed * feed / (2.0 * acceleration);
+    if least_overrun < spot_radius {
+        let message = format!(
+            "the tool stands still {:.3} mm beyond the edge at x {:.3} mm, y {:.3} mm, where its spot of {:.3} mm \
+             radius still touches the part",
+            least_overrun * 1e3,
+            x * 1e3,
+            y * 1e3,
+            spot_radius * 1e3
+        );
+        return Err(Problem::error(codes::E0644, "path.over", message)
+            .note("a standing tool removes most of all; every line must start and end off the part")
+            .help(format!(
+                "let `over` reach at least {:.3} mm farther out on every side (that is, {:.3} mm more in diameter)",
+                (spot_radius - least_overrun) * 1e3,
+                (spot_radius - least_overrun) * 2e3
+            )));
+    }
+    Ok(LineEnds { least_overrun, full_feed_overrun })
+}
+
+/// Distance beyond the outer boundary, negative on the part and in its hole.
+fn outside(edge: &Aperture, x: f64, y: f64) -> f64 {
+    match edge {
+        Aperture::annulus(a) => {
+            let [cx, cy] = edge.centre();
+            libm::hypot(x - cx, y - cy) - a.outer_diameter.0 / 2.0
+        }
+        solid => -solid.distance(x, y),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::job::Circle;
+    use crate::path::{Line, Points};
+    use crate::units::si::Length;
+
+    /// One line along x from -`reach` to `reach` millimetres.
+    fn line(reach: f64) -> ToolPath {
+        let mut points = Points::default();
+        for x in [-reach, 0.0, reach] {
+            points.push([x * 1e-3, 0.0, 0.0], [0.0, 0.0, 1.0]);
+        }
+        ToolPath { points, lines: vec![Line { points: 0..3, link: Link::OnSurface }] }
+    }
+
+    fn part() -> Aperture {
+        Aperture::circle(Circle { diameter: Length(0.1), centre: None })
+    }
+
+    #[test]
+    fn overrun_is_the_distance_beyond_the_edge() {
+        // Part radius 50, line to 62: 12 mm beyond. At 100 mm/s and 500 mm/s² the ramp is 10 mm, the spot 8 mm.
+        let ends = check(&line(62.0), &part(), 8e-3, 0.1, 0.5).expect("clear of the part");
+        assert!((ends.least_overrun - 12e-3).abs() < 1e-15);
+        assert!((ends.full_feed_overrun - 18e-3).abs() < 1e-15);
+    }
+
+    #[test]
+    fn standing_over_the_part_is_refused_with_the_distance_that_is_missing() {
+        let problem = check(&line(57.0), &part(), 8e-3, 0.1, 0.5).unwrap_err();
+        assert_eq!(problem.code, codes::E0644);
+        assert!(problem.help.expect("a mend").contains("1.000 mm farther"));
+        // On the part, 10 mm inside its edge: 18 mm are missing.
+        let problem = check(&line(40.0), &part(), 8e-3, 0.1, 0.5).unwrap_err();
+        assert!(problem.help.expect("a mend").contains("18.000 mm farther"));
+    }
+
+    #[test]
+    fn the_way_to_the_next_line_must_stay_off_the_part_too() {
+        // Two lines whose ends are well outside, joined straight across the part.
+        let mut path = line(70.0);
+        path.points.push([-0.07, 0.01, 0.0], [0.0, 0.0, 1.0]);
+        path.lines.push(Line { points: 3..4, link: Link::OnSurface });
+        assert_eq!(check(&path, &part(), 8e-3, 0.1, 0.5).unwrap_err().code, codes::E0644);
+        // Lifted, the tool may pass over it.
+        path.lines[0].link = Link::Lifted;
+        assert!(check(&path, &part(), 8e-3, 0.1, 0.5).is_ok());
+    }
+}

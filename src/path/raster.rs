@@ -1,0 +1,296 @@
+//! Raster: parallel straight lines over an aperture.
+//!
+//! In: the job's `raster`, the form, and the most points that may be made. Out: a [`ToolPath`].
+//!
+//! The rule: in a frame turned by `direction` about the aperture's centre, lines lie at `v = -h + j * line_pitch` for
+//! j = 0, 1, … while they meet the aperture, `h` being its half width across the lines; points lie on each line at whole
+//! multiples of `point_step` about the centre, so that the lattice is symmetric. The boundary belongs to the aperture.
+
+use super::{Line, Link, Points, ToolPath};
+use crate::diagnostics::{Problem, codes};
+use crate::job::{Aperture, Form, Lines, Raster};
+use crate::units::si::Length;
+
+/// A point this far beyond the aperture still counts as inside, metres. The numbers of a job (`380 mm`, `0.5 mm`) are
+/// not exact in binary, and a point on the boundary must not come and go with their last bit; a nanometre is a
+/// thousand times more than that rounding and a thousand times less than any robot can resolve.
+const BOUNDARY: f64 = 1e-9;
+
+/// One line of the lattice: its place across the lines and the multiples of the step that its points stand on.
+struct LatticeLine {
+    v: f64,
+    first: i64,
+    last: i64,
+}
+
+/// The lattice without its points: what can be counted before anything is allocated.
+struct Lattice<'a> {
+    raster: &'a Raster,
+    over: Aperture,
+    along: [f64; 2],
+    across: [f64; 2],
+    half_width: f64,
+    lines: u64,
+}
+
+impl<'a> Lattice<'a> {
+    fn new(raster: &'a Raster) -> Lattice<'a> {
+        let (sin, cos) = libm::sincos(raster.direction.0);
+        let half_width = match &raster.over {
+            Aperture::rectangle(a) => (a.x.0 * sin.abs() + a.y.0 * cos.abs()) / 2.0,
+            round => round.outer_radius(),
+        };
+        let lines = (2.0 * (half_width + BOUNDARY) / raster.line_pitch.0).floor();
+        Lattice {
+            raster,
+            over: grown(&raster.over),
+            along: [cos, sin],
+            across: [-sin, cos],
+            half_width,
+            // A quotient beyond the range of whole numbers saturates, which the limit then refuses.
+            lines: (lines as u64).saturating_add(1),
+        }
+    }
+
+    fn place(&self, u: f64, v: f64) -> [f64; 2] {
+        let [cx, cy] = self.raster.over.centre();
+        [cx + u * self.along[0] + v * self.across[0], cy + u * self.along[1] + v * self.across[1]]
+    }
+
+    /// The lines that hold a point, in order.
+    fn iter(&self) -> impl Iterator<Item = LatticeLine> + '_ {
+        (0..self.lines).flat_map(move |j| {
+            let v = -self.half_width + j as f64 * self.raster.line_pitch.0;
+            let step = self.raster.point_step.0;
+            // The apertures of a raster are convex: one chord a line.
+            self.over.chords(self.place(0.0, v), self.along).into_iter().take(1).filter_map(move |[from, to]| {
+                let (first, last) = ((from / step).ceil() as i64, (to / step).floor() as i64);
+                (first <= last).then_some(LatticeLine { v, first, last })
+            })
+        })
+    }
+}
+
+/// The aperture with its boundary moved outwards by [`BOUNDARY`].
+fn grown(aperture: &Aperture) -> Aperture {
+    let wider = |length: Length| Length(length.0 + 2.0 * BOUNDARY);
+    let mut aperture = aperture.clone();
+    match &mut aperture {
+        Aperture::circle(a) => a.diameter = wider(a.diameter),
+        Aperture::annulus(a) => a.outer_diameter = wider(a.outer_diameter),
+        Aperture::rectangle(a) => (a.x, a.y) = (wider(a.x), wider(a.y)),
+    }
+    aperture
+}
+
+/// Plans the raster on `form`. Fields are `path.…`.
+///
+/// # Errors
+///
+/// E0640: a number that is not positive. E0641: more points than `most_points`, said before any is made. E0642: `over`
+/// has a hole. E0643: a point lies where the form does not exist.
+pub fn plan(raster: &Raster, form: &Form, most_points: u64) -> Result<ToolPath, Problem> {
+    for (name, value) in [("point_step", raster.point_step.0), ("line_pitch", raster.line_pitch.0)] {
+        if !(value > 0.0 && value.is_finite()) {
+            let message = format!("`{name}` is {} mm; it must be positive", value * 1e3);
+            return Err(Problem::error(codes::E0640, format!("path.{name}"), message));
+        }
+    }
+    if !raster.direction.0.is_finite() {
+        return Err(Problem::error(codes::E0640, "path.direction", "`direction` is not a finite angle"));
+    }
+    if raster.over.has_hole() {
+        let message = "the area of a raster has a hole, which a raster cannot leave out";
+        return Err(Problem::error(codes::E0642, "path.over", message).help(format!(
+            "write `over: circle {{ diameter: {:.6} mm }}`; what happens over the part's hole is said by `holes`",
+            raster.over.outer_radius() * 2e3
+        )));
+    }
+    if let Some(problem) = crate::workpiece::aperture::check(&raster.over, "path.over") {
+        return Err(problem);
+    }
+    let lattice = Lattice::new(raster);
+    let points = count(&lattice, most_points)?;
+    let mut path = ToolPath { points: Points::with_capacity(points), lines: Vec::new() };
+    for (j, line) in lattice.iter().enumerate() {
+        let start = path.points.len();
+        let backwards = raster.lines == Lines::serpentine && j % 2 == 1;
+        for i in 0..=line.last - line.first {
+            let multiple = if backwards { line.last - i } else { line.first + i };
+            let [x, y] = lattice.place(multiple as f64 * raster.point_step.0, line.v);
+            let Some(surface) = form.surface().at(x, y) else {
+                let message = format!(
+                    "the path passes x {:.3} mm, y {:.3} mm, where the surface does not exist",
+                    x * 1e3,
+                    y * 1e3
+                );
+                return Err(Problem::error(codes::E0643, "path.over", message).help("make `over` smaller"));
+            };
+            path.points.push([x, y, surface.sag], surface.normal());
+        }
+        let link = match raster.lines {
+            Lines::serpentine => Link::OnSurface,
+            Lines::one_way => Link::Lifted,
+        };
+        path.lines.push(Line { points: start..path.points.len(), link });
+    }
+    Ok(path)
+}
+
+/// Points of the lattice, refused as soon as they exceed the limit.
+fn count(lattice: &Lattice, most_points: u64) -> Result<usize, Problem> {
+    let refuse = |at_least: String| {
+        let message = format!("the raster has {at_least} points; the limit is {most_points}");
+        Problem::error(codes::E0641, "path", message)
+            .help("widen `line_pitch` or `point_step`, or raise the controller's `most_points`")
+    };
+    // A line may hold no point, but no aperture is so small that most do: the number of lines is bounded first, so
+    // that the loop below ends.
+    if lattice.lines > most_points.saturating_mul(2).saturating_add(2) {
+        return Err(refuse(format!("about {} lines, more than its", lattice.lines)));
+    }
+    let mut points = 0u64;
+    for line in lattice.iter() {
+        points = points.saturating_add(line.last.abs_diff(line.first).saturating_add(1));
+        if points > most_points {
+            return Err(refuse(format!("more than {most_points}")));
+        }
+    }
+    if points == 0 {
+        let message = "the raster holds no point at all";
+        return Err(Problem::error(codes::E0640, "path.point_step", message)
+            .help("make `point_step` smaller than the area `over`"));
+    }
+    usize::try_from(points).map_err(|_| refuse(points.to_string()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::job::{Annulus, Circle, Place, Plane, Rectangle};
+    use crate::units::si::Angle;
+
+    fn raster(over: Aperture, step_mm: f64, pitch_mm: f64, degrees: f64, lines: Lines) -> Raster {
+        Raster {
+            over,
+            point_step: Length(step_mm * 1e-3),
+            line_pitch: Length(pitch_mm * 1e-3),
+            direction: Angle(degrees.to_radians()),
+            lines,
+            holes: None,
+        }
+    }
+
+    fn circle(diameter_mm: f64) -> Aperture {
+        Aperture::circle(Circle { diameter: Length(diameter_mm * 1e-3), centre: None })
+    }
+
+    fn planned(raster: &Raster) -> ToolPath {
+        plan(raster, &Form::plane(Plane {}), 1_000_000).expect("a path")
+    }
+
+    #[test]
+    fn points_on_the_circle_itself_count() {
+        // Radius 5, step 1, pitch 1: lines at y = -5 .. 5. |x| <= sqrt(25 - y²): 0, 3, 4, 4, 4, 5, so
+        // 1 + 7 + 9 + 9 + 9 points below, the same above, 11 in the middle: 81. (0, ±5), (±3, ±4), (±4, ±3), (±5, 0) lie
+        // on the circle.
+        let path = planned(&raster(circle(10.0), 1.0, 1.0, 0.0, Lines::serpentine));
+        assert_eq!((path.points.len(), path.lines.len()), (81, 11));
+    }
+
+    #[test]
+    fn turning_a_circular_raster_changes_no_count() {
+        let straight = planned(&raster(circle(10.0), 1.0, 1.0, 0.0, Lines::serpentine));
+        for degrees in [30.0, 90.0, -135.0, 180.0] {
+            let turned = planned(&raster(circle(10.0), 1.0, 1.0, degrees, Lines::serpentine));
+            assert_eq!(turned.points.len(), straight.points.len(), "{degrees} deg");
+            // Each point is the straight one, turned.
+            let (sin, cos) = degrees.to_radians().sin_cos();
+            for i in 0..turned.points.len() {
+                let [x, y, _] = straight.points.position(i);
+                let [tx, ty, _] = turned.points.position(i);
+                assert!((tx - (x * cos - y * sin)).abs() < 1e-15 && (ty - (x * sin + y * cos)).abs() < 1e-15);
+            }
+        }
+    }
+
+    #[test]
+    fn rectangle_keeps_its_centre_and_its_border() {
+        let over = Aperture::rectangle(Rectangle {
+            x: Length(0.010),
+            y: Length(0.006),
+            centre: Some(Place { x: Length(0.1), y: Length(-0.05) }),
+        });
+        // x: -5 .. 5 in steps of 2 about the centre is -4 .. 4, five points; y: -3 .. 3 by 1.5, five lines.
+        let path = planned(&raster(over.clone(), 2.0, 1.5, 0.0, Lines::one_way));
+        assert_eq!((path.points.len(), path.lines.len()), (25, 5));
+        let [x, y, z] = path.points.position(0);
+        assert!((x - 0.096).abs() < 1e-15 && (y + 0.053).abs() < 1e-15 && z == 0.0);
+        assert!(path.lines.iter().all(|line| line.link == Link::Lifted));
+        // Along y the sides change roles: y: -2 .. 2 by 2, three points; x: -5 .. 5 by 1.5, seven lines.
+        let path = planned(&raster(over, 2.0, 1.5, 90.0, Lines::one_way));
+        assert_eq!((path.points.len(), path.lines.len()), (21, 7));
+    }
+
+    #[test]
+    fn a_rectangle_turned_by_45_degrees_loses_the_empty_corners() {
+        // A square of side 10 seen along its diagonal: lines at v = -7.071 + 2 j, j = 0 .. 7, half chords
+        // 7.071 - |v|: 0, 2, 4, 6, 6.142, 4.142, 2.142, 0.142. Multiples of 3 inside: 1, 1, 3, 5, 5, 3, 1, 1.
+        let over = Aperture::rectangle(Rectangle { x: Length(0.01), y: Length(0.01), centre: None });
+        let path = planned(&raster(over, 3.0, 2.0, 45.0, Lines::serpentine));
+        let counts: Vec<usize> = path.lines.iter().map(|line| line.points.len()).collect();
+        assert_eq!(counts, [1, 1, 3, 5, 5, 3, 1, 1]);
+    }
+
+    #[test]
+    fn serpentine_never_jumps_and_one_way_never_turns() {
+        let path = planned(&raster(circle(50.0), 1.0, 0.5, 20.0, Lines::serpentine));
+        for pair in path.lines.windows(2) {
+            let [end, start] = [pair[0].points.end - 1, pair[1].points.start].map(|i| path.points.position(i));
+            // From one line to the next along the circle of radius 25: never farther than the chord that drops one
+            // pitch at the pole, sqrt(2 * 25 * 0.5) = 5 mm, and a step at either end.
+            assert!((end[0] - start[0]).hypot(end[1] - start[1]) <= 7.1e-3);
+        }
+        let way = |path: &ToolPath, line: &Line| {
+            let [a, b] = [line.points.start, line.points.end - 1].map(|i| path.points.position(i));
+            b[0] - a[0]
+        };
+        let signs: Vec<bool> = path.lines.iter().filter(|l| l.points.len() > 1).map(|l| way(&path, l) > 0.0).collect();
+        assert!(signs.windows(2).all(|pair| pair[0] != pair[1]));
+        let path = planned(&raster(circle(50.0), 1.0, 0.5, 20.0, Lines::one_way));
+        assert!(path.lines.iter().filter(|l| l.points.len() > 1).all(|l| way(&path, l) > 0.0));
+    }
+
+    #[test]
+    fn normals_point_out_of_the_glass() {
+        let path = planned(&raster(circle(10.0), 1.0, 1.0, 0.0, Lines::serpentine));
+        assert!((0..path.points.len()).all(|i| path.points.normal(i) == [0.0, 0.0, 1.0]));
+    }
+
+    #[test]
+    fn too_many_points_are_refused_before_they_are_made() {
+        let form = Form::plane(Plane {});
+        for (step, pitch) in [(1e-6, 1e-6), (1e-300, 1.0), (1.0, 1e-300), (0.01, 0.01)] {
+            let problem =
+                plan(&raster(circle(380.0), step, pitch, 0.0, Lines::serpentine), &form, 100_000).unwrap_err();
+            assert_eq!(problem.code, codes::E0641, "{step} {pitch}");
+        }
+        let exact = raster(circle(10.0), 1.0, 1.0, 0.0, Lines::serpentine);
+        assert!(plan(&exact, &form, 81).is_ok());
+        assert_eq!(plan(&exact, &form, 80).unwrap_err().code, codes::E0641);
+    }
+
+    #[test]
+    fn what_is_no_raster_is_refused() {
+        let form = Form::plane(Plane {});
+        let code = |raster: &Raster| plan(raster, &form, 1000).unwrap_err().code;
+        for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            assert_eq!(code(&raster(circle(10.0), bad, 1.0, 0.0, Lines::serpentine)), codes::E0640);
+            assert_eq!(code(&raster(circle(10.0), 1.0, bad, 0.0, Lines::serpentine)), codes::E0640);
+        }
+        assert_eq!(code(&raster(circle(10.0), 1.0, 1.0, f64::NAN, Lines::serpentine)), codes::E0640);
+        let ring =
+            Aperture::annulus(Annulus { outer_diameter: Length(0.01), inner_diameter: Length(0.005), centre: None });
+        assert_eq!(code(&raster(ring, 1.0, 1.0, 0.0, Lines::serpentine)), codes::E0642);
+    }
+}

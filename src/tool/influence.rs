@@ -1,0 +1,125 @@
+//! The influence function: removal rate over the tool frame while the tool stands still.
+//!
+//! In: peak and width of a Gaussian, or a measured spot. Out: the rate at any place, its volume, its reach, and a
+//! sampled stamp in the part frame for convolution. Positive takes glass away.
+
+use crate::diagnostics::{Problem, codes};
+use crate::job;
+use crate::metrology::Grid;
+use crate::source::FileProvider;
+use std::f64::consts::TAU;
+
+/// A place of the part relative to the tool centre point, turned into the tool frame. `azimuth` is the direction of the
+/// tool's x axis on the part, radians from +x towards +y. See the module [`tool`](crate::tool) for the sense of y.
+pub fn part_to_tool(dx: f64, dy: f64, azimuth: f64) -> [f64; 2] {
+    let (sin, cos) = libm::sincos(azimuth);
+    [cos * dx + sin * dy, sin * dx - cos * dy]
+}
+
+/// Removal rate of a standing tool.
+#[derive(Clone, Debug, PartialEq)]
+pub struct InfluenceFunction {
+    shape: Shape,
+    /// Nothing is removed farther than this from the tool centre point, metres.
+    radius: f64,
+    volume_rate: f64,
+    sigma_scale: f64,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+enum Shape {
+    Gaussian {
+        peak: f64,
+        sigma: f64,
+    },
+    /// Rate in m/s over the tool frame; zero outside the picture.
+    Measured(Grid),
+}
+
+impl InfluenceFunction {
+    /// The influence function that the job describes. `files` is asked only for a measured one. What is odd but usable is
+    /// said to `warnings`. Fields are `tool.influence.…`.
+    pub fn new(
+        influence: &job::Influence,
+        files: &dyn FileProvider,
+        warnings: &mut Vec<Problem>,
+    ) -> Result<InfluenceFunction, Problem> {
+        match influence {
+            job::Influence::gaussian(g) => InfluenceFunction::gaussian(g.peak.0, g.sigma.0, g.diameter.0),
+            job::Influence::measured(m) => super::measured::read(m, files, warnings),
+        }
+    }
+
+    /// `peak * exp(-r²/2σ²)` for `r <= diameter/2`, zero outside; m/s, m, m. E0620 if one of them is not positive.
+    pub fn gaussian(peak: f64, sigma: f64, diameter: f64) -> Result<InfluenceFunction, Problem> {
+        for (name, value, unit, scale) in
+            [("peak", peak, "nm/s", 1e9), ("sigma", sigma, "mm", 1e3), ("diameter", diameter, "mm", 1e3)]
+        {
+            if !(value > 0.0 && value.is_finite()) {
+                let message = format!("`{name}` is {:.3} {unit}; it must be positive", value * scale);
+                return Err(Problem::error(codes::E0620, format!("tool.influence.{name}"), message));
+            }
+        }
+        // Over the disc of radius D/2, with u = r²/2σ² running to U = D²/8σ²: the volume is 2πσ² peak (1 - exp(-U)),
+        // the mean of r² is 2σ² (1 - U exp(-U) / (1 - exp(-U))), and each axis has half of that.
+        let u = diameter * diameter / (8.0 * sigma * sigma);
+        let (inside, rim) = (-libm::expm1(-u), libm::exp(-u));
+        Ok(InfluenceFunction {
+            shape: Shape::Gaussian { peak, sigma },
+            radius: diameter / 2.0,
+            volume_rate: TAU * sigma * sigma * peak * inside,
+            sigma_scale: sigma * (1.0 - u * rim / inside).sqrt(),
+        })
+    }
+
+    /// From a map of rates (m/s, tool frame) that ends at `radius`, with its volume rate and width.
+    pub(super) fn of_map(rates: Grid, radius: f64, volume_rate: f64, sigma_scale: f64) -> InfluenceFunction {
+        InfluenceFunction { shape: Shape::Measured(rates), radius, volume_rate, sigma_scale }
+    }
+
+    /// Removal rate at `(x, y)` of the tool frame, m/s.
+    pub fn rate(&self, x: f64, y: f64) -> f64 {
+        if x * x + y * y > self.radius * self.radius {
+            return 0.0;
+        }
+        match &self.shape {
+            Shape::Gaussian { peak, sigma } => peak * libm::exp(-(x * x + y * y) / (2.0 * sigma * sigma)),
+            Shape::Measured(grid) => grid.interpolate(x, y).unwrap_or(0.0),
+        }
+    }
+
+    /// Nothing is removed farther than this from the tool centre point, metres.
+    pub fn radius(&self) -> f64 {
+        self.radius
+    }
+
+    /// Volume removed in a second, m³/s: the integral of [`rate`](Self::rate).
+    pub fn volume_rate(&self) -> f64 {
+        self.volume_rate
+    }
+
+    /// Root of the smaller principal second moment about the spot's centroid, metres: for a Gaussian its sigma (a
+    /// little less where the cut takes the tails). Grids that resolve it resolve the spot in every direction.
+    pub fn sigma_scale(&self) -> f64 {
+        self.sigma_scale
+    }
+
+    /// The rate sampled on square pixels of side `pixel` in the part frame, centred on the tool centre point, for a tool
+    /// whose x axis points along `azimuth`. Odd numbers of rows and columns, the middle pixel at (0, 0), wide enough to
+    /// hold the whole reach. Point values, m/s: times `pixel²` they sum to the volume rate as far as `pixel` resolves
+    /// the spot.
+    pub fn stamp(&self, pixel: f64, azimuth: f64) -> Grid {
+        let half = (self.radius / pixel).ceil() as usize;
+        let side = 2 * half + 1;
+        let origin = -(half as f64) * pixel;
+        let mut grid = Grid { columns: side, rows: side, pixel: [pixel; 2], origin: [origin; 2], values: Vec::new() };
+        grid.values = (0..side * side)
+            .map(|i| {
+                let [dx, dy] = grid.position(i / side, i % side);
+                let [x, y] = part_to_tool(dx, dy, azimuth);
+                self.rate(x, y)
+            })
+            .collect();
+        grid
+    }
+}

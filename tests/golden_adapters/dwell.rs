@@ -1,0 +1,153 @@
+//! Path and dwell. The golden files speak mm, nm and s; the library SI.
+
+use polishc::dwell::least_squares::{self, Base, LinearOperator, Stop, Wanted};
+use polishc::dwell::removal::{self, Removal, Samples, Window};
+use polishc::dwell::{Footprint, floor_depth};
+use polishc::job::{Aperture, Circle, Form, Lines, Plane, Raster};
+use polishc::path::raster;
+use polishc::tool::InfluenceFunction;
+use polishc::units::si::{Angle, Length};
+use serde_json::{Value, json};
+
+pub fn run(function: &str, input: &Value, _expected: &Value, _context: &Value) -> Option<Result<Value, String>> {
+    Some(match function {
+        "raster_count" => raster_count(input),
+        "H_apply_exact" => exact(input),
+        "H_apply_bilinear" => bilinear(input),
+        "HT_apply_exact" => transpose(input),
+        "bounded_ls" => bounded_ls(input),
+        "tif_volume_rate" => influence(input).map(|f| json!({ "V_nm_mm2_s": f.volume_rate() * 1e15 })),
+        "floor_depth" => floor(input),
+        _ => return None,
+    })
+}
+
+fn number(value: &Value, key: &str) -> Result<f64, String> {
+    value[key].as_f64().ok_or_else(|| format!("no number `{key}`"))
+}
+
+fn numbers(value: &Value, scale: f64) -> Result<Vec<f64>, String> {
+    let list = value.as_array().ok_or("no list")?;
+    list.iter().map(|v| v.as_f64().map(|v| v * scale).ok_or_else(|| "not a number".to_string())).collect()
+}
+
+fn raster_count(input: &Value) -> Result<Value, String> {
+    let raster = Raster {
+        over: Aperture::circle(Circle { diameter: Length(number(input, "diameter_mm")? * 1e-3), centre: None }),
+        point_step: Length(number(input, "step_mm")? * 1e-3),
+        line_pitch: Length(number(input, "line_spacing_mm")? * 1e-3),
+        direction: Angle(0.0),
+        lines: Lines::serpentine,
+        holes: None,
+    };
+    let path = raster::plan(&raster, &Form::plane(Plane {}), 10_000_000).map_err(|p| p.message)?;
+    Ok(json!({ "points": path.points.len(), "lines": path.lines.len() }))
+}
+
+fn influence(tif: &Value) -> Result<InfluenceFunction, String> {
+    if tif["type"] != "gauss" {
+        return Err(format!("unknown influence function {}", tif["type"]));
+    }
+    let (peak, sigma) = (number(tif, "peak_nm_s")? * 1e-9, number(tif, "sigma_mm")? * 1e-3);
+    InfluenceFunction::gaussian(peak, sigma, number(tif, "D_mm")? * 1e-3).map_err(|p| p.message)
+}
+
+struct Setup {
+    influence: InfluenceFunction,
+    samples: Samples,
+    window: Window,
+}
+
+fn setup(input: &Value) -> Result<Setup, String> {
+    let n = input["N"].as_u64().ok_or("no `N`")? as usize;
+    let pixel = number(input, "width_mm")? * 1e-3 / n as f64;
+    let first = -0.5 * (n as f64 - 1.0) * pixel;
+    Ok(Setup {
+        influence: influence(&input["tif"])?,
+        samples: Samples::points(&numbers(&input["mu_mm"], 1e-3)?, &numbers(&input["eta_mm"], 1e-3)?),
+        window: Window { columns: n, rows: n, pixel: [pixel; 2], origin: [first; 2] },
+    })
+}
+
+fn map_figures(depths: &[f64], window: &Window) -> Value {
+    let nm: Vec<f64> = depths.iter().map(|depth| depth * 1e9).collect();
+    let row = |r: usize| &nm[(r * window.columns).min(nm.len())..((r + 1) * window.columns).min(nm.len())];
+    let mut out = json!({
+        "sum": nm.iter().sum::<f64>(),
+        "max": nm.iter().fold(f64::NEG_INFINITY, |a, b| a.max(*b)),
+    });
+    for r in 0..window.rows {
+        out[format!("z_row{r}")] = json!(row(r));
+    }
+    out
+}
+
+fn exact(input: &Value) -> Result<Value, String> {
+    let Setup { influence, samples, window } = setup(input)?;
+    let times = numbers(&input["T_s"], 1.0)?;
+    Ok(map_figures(&removal::deposit(&samples, &times, &Footprint::of(&influence, 0.0), &window), &window))
+}
+
+fn bilinear(input: &Value) -> Result<Value, String> {
+    let Setup { influence, samples, window } = setup(input)?;
+    let times = numbers(&input["T_s"], 1.0)?;
+    let mut operator = Removal::new(&samples, &Footprint::of(&influence, 0.0), window);
+    let mut depths = vec![0.0; window.len()];
+    operator.forward(&times, &mut depths);
+    Ok(map_figures(&depths, &window))
+}
+
+fn transpose(input: &Value) -> Result<Value, String> {
+    let Setup { influence, samples, window } = setup(input)?;
+    if input["B"] != "x + 2 y + 0.1 x y" {
+        return Err(format!("unknown field {}", input["B"]));
+    }
+    let field: Vec<f64> = (0..window.len())
+        .map(|i| {
+            let [x, y] = window.position(i).map(|metres| metres * 1e3);
+            x + 2.0 * y + 0.1 * x * y
+        })
+        .collect();
+    let sums = removal::gather(&samples, &field, &Footprint::of(&influence, 0.0), &window);
+    Ok(json!({ "A": sums.iter().map(|sum| sum * 1e9).collect::<Vec<_>>() }))
+}
+
+struct Dense(Vec<Vec<f64>>);
+
+impl LinearOperator for Dense {
+    fn unknowns(&self) -> usize {
+        self.0[0].len()
+    }
+    fn rows(&self) -> usize {
+        self.0.len()
+    }
+    fn forward(&mut self, times: &[f64], depths: &mut [f64]) {
+        for (depth, row) in depths.iter_mut().zip(&self.0) {
+            *depth = row.iter().zip(times).map(|(h, t)| h * t).sum();
+        }
+    }
+    fn transpose(&mut self, depths: &[f64], times: &mut [f64]) {
+        for (j, time) in times.iter_mut().enumerate() {
+            *time = self.0.iter().zip(depths).map(|(row, d)| row[j] * d).sum();
+        }
+    }
+}
+
+fn bounded_ls(input: &Value) -> Result<Value, String> {
+    let rows = input["H"].as_array().ok_or("no `H`")?;
+    let mut operator = Dense(rows.iter().map(|row| numbers(row, 1.0)).collect::<Result<_, _>>()?);
+    let depths = numbers(&input["ep_nm"], 1.0)?;
+    let (n, m) = (operator.unknowns(), operator.rows());
+    let (lower, upper) = (vec![number(input, "T_min")?; n], vec![number(input, "T_max")?; n]);
+    let weights = vec![1.0; m];
+    let wanted = Wanted { depths: &depths, weights: &weights, lower: &lower, upper: &upper, base: Base::Fixed(0.0) };
+    let stop = Stop { most_iterations: 1000, relative_decrease: 0.0, elsewhere: 0.0, rms: 0.0, relative_step: 1e-13 };
+    let solution = least_squares::solve(&mut operator, &wanted, &lower, stop);
+    Ok(json!({ "T_s": solution.times, "rss": solution.rms * solution.rms * m as f64 }))
+}
+
+fn floor(input: &Value) -> Result<Value, String> {
+    let volume_rate = number(input, "V_nm_mm2_s")? * 1e-15;
+    let depth = floor_depth(volume_rate, number(input, "v_max_mm_s")? * 1e-3, number(input, "pitch_mm")? * 1e-3);
+    Ok(json!({ "z_floor_nm": depth * 1e9 }))
+}
