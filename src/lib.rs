@@ -13,6 +13,8 @@
 //! Nothing below `cli` touches the disk, the clock, the environment or standard output.
 
 pub mod check;
+#[cfg(feature = "cli")]
+pub mod cli;
 pub mod diagnostics;
 pub mod dwell;
 pub mod eval;
@@ -20,6 +22,8 @@ pub mod job;
 pub mod metrology;
 pub mod motion;
 pub mod path;
+pub mod report;
+pub mod session;
 pub mod source;
 pub mod syntax;
 pub mod target;

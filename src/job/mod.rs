@@ -52,6 +52,21 @@ pub enum Unchecked {
     fixture,
 }
 
+impl Unchecked {
+    /// All that there are.
+    pub const ALL: [Unchecked; 4] = [Unchecked::arm, Unchecked::cell, Unchecked::cable, Unchecked::fixture];
+
+    /// As the job spells it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Unchecked::arm => "arm",
+            Unchecked::cell => "cell",
+            Unchecked::cable => "cable",
+            Unchecked::fixture => "fixture",
+        }
+    }
+}
+
 /// The optic. Part frame: origin at the vertex, +z out of the glass towards the tool, +x at `x_mark`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

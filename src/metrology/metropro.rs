@@ -240,7 +240,7 @@ pub fn write(columns: usize, heights: &[f64], settings: &Settings) -> Option<Vec
     let index = usize::from(settings.header_format).checked_sub(1)?;
     let (magic, header_size) = *FORMATS.get(index)?;
     let resolution = *RESOLUTIONS.get(usize::from(settings.phase_resolution))?;
-    if (index == 0 && settings.phase_resolution == 2) || columns == 0 || heights.len() % columns != 0 {
+    if (index == 0 && settings.phase_resolution == 2) || columns == 0 || !heights.len().is_multiple_of(columns) {
         return None;
     }
     let (width, height) = (i16::try_from(columns).ok()?, i16::try_from(heights.len() / columns).ok()?);

@@ -65,17 +65,21 @@ pub fn read(bytes: &[u8], name: &str) -> Result<RawMap, Problem> {
     }
 }
 
-/// Has the file read by `files`, then [`read()`]. Fields are `file`. E0500 if it cannot be had.
-pub fn read_file(path: &str, files: &dyn FileProvider) -> Result<RawMap, Problem> {
-    let bytes = files.read(path, MOST_BYTES).map_err(|error| match error {
+/// The bytes of the data file at `path`. Fields are `file`. E0500 if it cannot be had, E0501 if it is too large.
+pub fn file_bytes(path: &str, files: &dyn FileProvider) -> Result<Vec<u8>, Problem> {
+    files.read(path, MOST_BYTES).map_err(|error| match error {
         FileError::NotFound => Problem::error(codes::E0500, "file", format!("there is no file `{path}`"))
             .help("a file is named relative to the `.polish` file that says it"),
         FileError::TooLarge { size, .. } => too_large(path, size),
         FileError::Outside => Problem::error(codes::E0500, "file", format!("`{path}` lies outside the project"))
             .help("copy it into the project's folder, or name it on the command line"),
         FileError::Other(why) => Problem::error(codes::E0500, "file", format!("`{path}` cannot be read: {why}")),
-    })?;
-    read(&bytes, path)
+    })
+}
+
+/// [`file_bytes`], then [`read()`].
+pub fn read_file(path: &str, files: &dyn FileProvider) -> Result<RawMap, Problem> {
+    read(&file_bytes(path, files)?, path)
 }
 
 /// Reads and places the map of the job's workpiece: what dwell starts from. Fields are `workpiece.error.…`.

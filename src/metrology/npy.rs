@@ -81,7 +81,7 @@ pub fn read(bytes: &[u8], name: &str) -> Result<RawMap, Problem> {
 
 /// Writes an array of 64-bit floats, version 1, C order, row 0 first. `None` if `values` does not fill the rows.
 pub fn write(columns: usize, values: &[f64]) -> Option<Vec<u8>> {
-    if columns == 0 || values.len() % columns != 0 {
+    if columns == 0 || !values.len().is_multiple_of(columns) {
         return None;
     }
     let mut header =

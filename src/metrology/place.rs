@@ -44,6 +44,10 @@ const CENTRING: f64 = 3.0;
 /// How far MetroPro's scale factor may lie from 0.5 or 1 to be taken for it: it is stored in single precision.
 const FACTOR_ROUNDING: f64 = 1e-3;
 
+/// Most pixels of a hole that is filled, whatever the job allows: half a thousand each way. A smooth surface over more is
+/// no measurement, and solving for it would take minutes.
+const MOST_FILLED: f64 = 250_000.0;
+
 /// Puts the map on the part. Fields are `workpiece.error.…`; warnings go to `warnings`.
 ///
 /// # Errors
@@ -87,13 +91,21 @@ fn place_within(
     }
     frame_covers(&grid, &workpiece.clear)?;
     let found = holes::find(&grid, &needed);
-    let limit = map.fill_below.map_or(0.0, |area| area.0);
+    let limit = map.fill_below.map_or(0.0, |area| area.0).min(MOST_FILLED * pixel[0] * pixel[1]);
     refuse_large_holes(&grid, &found, limit, &workpiece.clear)?;
 
     let measured = |grid: &Grid| -> Figures {
         Figures::of(grid.values.iter().zip(&needed).filter(|(_, needed)| **needed).map(|(value, _)| *value))
     };
     let before = measured(&grid);
+    if before.count == 0 {
+        return Err(Problem::error(
+            codes::E0509,
+            "file",
+            "no pixel of the map has its centre inside the clear aperture",
+        )
+        .help("check `pixel`, `centre` and the size of `clear`"));
+    }
     let removed = low_order::subtract(&mut grid, &needed, &map.subtract).ok_or_else(|| {
         let message =
             format!("{} measured pixels inside the clear aperture do not fix what `subtract` names", before.count);

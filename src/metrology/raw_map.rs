@@ -68,7 +68,7 @@ impl RawMap {
                     return Ok(own);
                 }
                 let message = format!(
-                    "the file says that a pixel has {:.6} mm x {:.6} mm, the job says {:.6} mm",
+                    "the file says that a pixel has {:.6} mm x {:.6} mm, but {:.6} mm is stated",
                     own[0] * 1e3,
                     own[1] * 1e3,
                     pixel * 1e3

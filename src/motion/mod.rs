@@ -2,7 +2,28 @@
 //!
 //! In: a `TimedPath`, the robot with its cell. Out: [`Checked`]`<Motion>`, which only the checks of this module make:
 //! every point reachable inside the joint ranges with margin, off singularities, in one configuration along each run,
-//! also between points, within joint speeds.
+//! also between points, within joint speeds. The frames, the arm's kinematics and the contact frame are public for
+//! `verify`, which replays a program's text with them.
+//!
+//! What is checked of collisions is the tool against the part, in the joint moves: see [`joint_move`]. Arm, cell, cable
+//! and fixture are not checked, and the job says so itself (`unchecked`).
+
+pub mod arm;
+pub mod cell;
+pub mod configuration;
+pub mod contact;
+mod fault;
+mod follow;
+pub mod frames;
+mod joint_move;
+mod plan;
+mod runs;
+mod time;
+pub mod turns;
+
+pub use arm::{Arm, Branch, Joints, Solution};
+pub use frames::{FrameChain, Transform};
+pub use plan::plan;
 
 use crate::dwell::TimedPath;
 
@@ -17,9 +38,6 @@ impl<T> std::ops::Deref for Checked<T> {
     }
 }
 
-/// A rigid transform: `p_outer = rotation * p_inner + translation`, metres.
-pub type Transform = nalgebra::Isometry3<f64>;
-
 /// What the program is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Purpose {
@@ -28,32 +46,53 @@ pub enum Purpose {
     DryRun,
 }
 
-/// All frames of a job, none assumed to be the identity.
-#[derive(Clone, Debug, PartialEq)]
-pub struct FrameChain {
-    /// Robot base in the world.
-    pub world_base: Transform,
-    /// User frame in the world.
-    pub world_user: Transform,
-    /// Object frame (the part frame) in the user frame.
-    pub user_object: Transform,
-    /// Tool frame in the flange frame.
-    pub flange_tool: Transform,
+/// What [`plan`] needs to know beside the path and the robot.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Request {
+    /// From the nominal surface to the tool centre point along the outward normal, metres (an MRF wheel's gap).
+    pub standoff: f64,
+    /// Direction of the tool's x axis on the part, radians from +x towards +y of the part, seen from the tool side.
+    pub azimuth: f64,
+    /// Radius in metres of the ball that stands for the tool in the check of joint moves: it touches the tool centre
+    /// point and has its centre on the tool's -z axis. For a wheel, the wheel's radius.
+    pub tool_radius: f64,
+    /// The path's acceleration, m/s², for the estimate of time.
+    pub acceleration: f64,
+    pub purpose: Purpose,
+    /// Most points of one run: what a program module holds.
+    pub points_per_run: usize,
+    /// The speed step of the target, m/s; a dry run's speeds are cut to whole multiples of it.
+    pub speed_step: f64,
 }
 
-/// One run: approach above the first point, down, lines without lifting, up to the retract point.
+/// How the tool gets to a run's approach pose: from home before the first run, from the run before otherwise.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Travel {
+    /// All joints at once to `approach_joints`, at `joint_move_speed` of their rated speeds.
+    Joint,
+    /// Straight from the last run's retract pose at `travel.speed`; it arrives at `approach_joints`.
+    Straight,
+}
+
+/// One run: approach above the first point, down, lines without lifting, up to the retract point. A run ends where the
+/// path lifts, and where the next line would make it longer than [`Request::points_per_run`]; a program module
+/// holds one run or several consecutive ones.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Run {
     /// Indices into `TimedPath::path.lines`.
     pub lines: std::ops::Range<usize>,
     /// Indices of the run's points.
     pub points: std::ops::Range<usize>,
+    /// How the tool gets to `approach`.
+    pub travel: Travel,
+    /// The configuration held from approach to retract.
+    pub branch: Branch,
     /// Tool pose in the object frame above the first point, and its joints (radians, maker's convention).
     pub approach: ToolPose,
-    pub approach_joints: [f64; 6],
+    pub approach_joints: Joints,
     /// Tool pose in the object frame above the last point, and its joints.
     pub retract: ToolPose,
-    pub retract_joints: [f64; 6],
+    pub retract_joints: Joints,
 }
 
 /// Position (metres) and unit quaternion [w, x, y, z] of the tool frame in the object frame.
@@ -63,10 +102,11 @@ pub struct ToolPose {
     pub quaternion: [f64; 4],
 }
 
-/// The whole motion of one program.
+/// The whole motion of one program: a joint move to `home`, the runs, a joint move to `home`.
 #[derive(Clone, Debug)]
 pub struct Motion {
     pub purpose: Purpose,
+    /// The path with its speeds; a dry run's speeds are already cut.
     pub timed: TimedPath,
     pub frames: FrameChain,
     pub runs: Vec<Run>,
@@ -74,24 +114,27 @@ pub struct Motion {
     pub position: Vec<[f64; 3]>,
     pub quaternion: Vec<[f64; 4]>,
     /// Joint angles in radians, maker's convention, whole turns counted.
-    pub joints: Vec<[f64; 6]>,
+    pub joints: Vec<Joints>,
     /// ABB configuration data [cf1, cf4, cf6, cfx], one a point.
     pub confdata: Vec<[i32; 4]>,
-    pub home: [f64; 6],
+    pub home: Joints,
     pub figures: MotionFigures,
 }
 
 /// What the report says of the motion.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct MotionFigures {
-    /// Seconds, links, approaches and retracts included; a kinematic estimate.
+    /// Seconds from home to home, links, approaches and retracts included; a kinematic estimate, not the controller's.
     pub time: f64,
     /// Least distance to the end of any joint's range, radians.
     pub joint_margin: f64,
-    /// Largest joint change between two points, radians.
+    /// Largest joint change between two points of a line, radians.
     pub largest_joint_step: f64,
-    /// Least |axis 5|, radians.
+    /// Least angle of the wrist (axis 5) from its singular positions, radians.
     pub wrist_margin: f64,
-    /// Largest joint speed over its rated speed, 0 to 1.
+    /// Largest joint speed over its rated speed on the way from approach to retract, 0 to 1.
     pub joint_speed_share: f64,
+    /// Number of points where axis 1, 4 or 6 is within 0.1 degrees of a whole quarter turn, so that the confdata of the
+    /// written, rounded target may name the neighbouring quarter.
+    pub points_near_quarter: usize,
 }

@@ -14,6 +14,10 @@ use crate::source::FileProvider;
 /// means a wrong baseline, a wrong radius, or two spots in one map.
 const NEGATIVE_SHARE: f64 = 0.02;
 
+/// A spot that is nowhere deeper than a picometre removed nothing: that is a hundredth of an atom, and below the rounding
+/// of any map.
+const SHALLOWEST: f64 = 1e-12;
+
 /// `peak` and `centroid` depend on the baseline, which depends on the origin: they are looked for again until the origin
 /// moves by less than a hundredth pixel, which shifts no removal that could be measured.
 const SETTLED: f64 = 0.01;
@@ -186,18 +190,21 @@ fn levelled(depth: &Grid, radius: f64) -> Result<Grid, Problem> {
 
 /// From depth to rate: checks the volume, divides by the dwell, finds the width.
 fn finish(mut spot: Grid, radius: f64, dwell: f64) -> Result<InfluenceFunction, Problem> {
-    let (mut removed, mut added) = (0.0, 0.0);
-    each_inside(&spot, radius, |_, _, depth| if depth > 0.0 { removed += depth } else { added -= depth });
+    let (mut removed, mut added, mut extreme) = (0.0, 0.0, 0.0_f64);
+    each_inside(&spot, radius, |_, _, depth| {
+        extreme = extreme.max(depth.abs());
+        if depth > 0.0 { removed += depth } else { added -= depth }
+    });
     let volume = removed - added;
+    if extreme < SHALLOWEST {
+        return Err(Problem::error(codes::E0624, "file", "the spot removed nothing")
+            .help("take the map of the spot, not one of the part before"));
+    }
     if volume <= 0.0 {
-        let message = if added > removed {
-            "the spot reads as added glass, not as removed glass"
-        } else {
-            "the spot removed nothing"
-        };
-        return Err(Problem::error(codes::E0624, "positive", message).help(
-            "check `positive`: `high` if glass that stands high reads positive, `low` if removal reads positive",
-        ));
+        return Err(Problem::error(codes::E0624, "positive", "the spot reads as added glass, not as removed glass")
+            .help(
+                "check `positive`: `high` if glass that stands high reads positive, `low` if removal reads positive",
+            ));
     }
     if added > NEGATIVE_SHARE * volume {
         let message = format!(

@@ -1,9 +1,11 @@
 //! The adapters, one file an area.
 
 mod dwell;
+mod figures;
+mod robots;
 
 use serde_json::Value;
 
 type Adapter = fn(&str, &Value, &Value, &Value) -> Option<Result<Value, String>>;
 
-pub const ADAPTERS: &[Adapter] = &[dwell::run];
+pub const ADAPTERS: &[Adapter] = &[dwell::run, figures::run, robots::run];

@@ -1,0 +1,25 @@
+# Tasks for people who work on polishc. `just` lists them.
+
+default:
+    @just --list
+
+# All tests.
+test:
+    cargo test
+
+# Everything that the checks before landing run.
+ci:
+    .ci/run
+
+# Take the present output as the snapshots. Read the diff before you commit it.
+bless:
+    INSTA_UPDATE=always cargo test --test ui --test pass
+    TRYCMD=overwrite cargo test --test cli
+
+# Ratios to named references, in one run.
+bench:
+    cargo bench
+
+# Make the data of the examples again.
+maps:
+    cargo run --release --example make_maps

@@ -1,0 +1,187 @@
+//! What to say when a value does not fit: both sides, the missing factor, the units that fit.
+
+use super::typed::{Typed, TypedKind};
+use super::types::{Type, listed};
+use super::{Checker, Want};
+use crate::diagnostics::{Diagnostic, codes};
+use crate::source::Span;
+use crate::syntax::ast::{Expr, ExprKind, UnaryOp};
+use crate::units::format::{units_of, usual_unit};
+use crate::units::{Dimension, UnitTable};
+
+/// `` `nm`, `um`, `mm` and `m` ``: the common units of a dimension, if it has any.
+pub(super) fn units_that_fit(dimension: Dimension) -> Option<String> {
+    let units = units_of(dimension);
+    (!units.is_empty()).then(|| listed(units.iter().map(|unit| unit.text)))
+}
+
+/// `Speed (Length / Time)`: the name, and what it is made of if the name is not that already.
+fn side(units: &UnitTable, dimension: Dimension) -> String {
+    match units.name(dimension) {
+        Some(name) if name != dimension.factors() => format!("{name} ({})", dimension.factors()),
+        _ => dimension.factors(),
+    }
+}
+
+/// One factor that would mend it: what `found` must be multiplied or divided by to become `wanted`.
+fn missing_factor(units: &UnitTable, found: Dimension, wanted: Dimension) -> Option<String> {
+    let speed = Dimension::whole(1, 0, -1, 0);
+    if wanted == speed && found == Dimension::whole(1, 0, -1, 1) {
+        return Some("an angle does not cancel: write `tangential(angular speed, radius)`".into());
+    }
+    if wanted == Dimension::LENGTH && found == Dimension::whole(1, 0, 0, 1) {
+        return Some("an angle does not cancel: write `arc(angle, radius)`".into());
+    }
+    let factor = wanted.over(found)?;
+    let named = |dimension: Dimension| units.name(dimension).filter(|_| !dimension.is_number());
+    if Dimension::NUMBER.over(found) == Some(wanted) && !found.is_number() {
+        return Some("invert it: `1 / (…)`".into());
+    }
+    if let Some(name) = named(factor) {
+        return Some(format!("multiply by {} `{name}`", article(name)));
+    }
+    let inverse = Dimension::NUMBER.over(factor)?;
+    named(inverse).map(|name| format!("divide by {} `{name}`", article(name)))
+}
+
+fn article(name: &str) -> &'static str {
+    if name.starts_with(['A', 'E', 'I', 'O', 'U']) { "an" } else { "a" }
+}
+
+/// The text of a plain number as written, `-4` included.
+fn literal_number(expr: &Expr) -> bool {
+    match &expr.kind {
+        ExprKind::Number(_) => true,
+        ExprKind::Unary(UnaryOp::Minus, inner) => matches!(inner.kind, ExprKind::Number(_)),
+        _ => false,
+    }
+}
+
+impl Checker<'_> {
+    /// The typed expression if it fits what is wanted; else says why not.
+    pub(super) fn conform(&mut self, found: Typed, expr: &Expr, want: Option<&Want>) -> Typed {
+        let Some(want) = want else { return found };
+        if self.vocabulary.fits(&found.ty, &want.ty) {
+            return found;
+        }
+        let diagnostic = match (found.ty.dimension(), want.ty.required().dimension()) {
+            (Some(have), Some(need)) => self.wrong_dimension(&found, expr, &want.what, have, need),
+            _ => self.wrong_type(&found, want),
+        };
+        self.say(diagnostic);
+        Typed::failed(found.span)
+    }
+
+    fn wrong_dimension(&self, found: &Typed, expr: &Expr, what: &str, have: Dimension, need: Dimension) -> Diagnostic {
+        let units = &self.vocabulary.units;
+        let message = format!("{what} expects {}, found {}", units.in_words(need), units.in_words(have));
+        if have.is_number() {
+            return self.missing_unit(found.span, expr, message, need);
+        }
+        let diagnostic = Diagnostic::error(codes::E0303, found.span, message)
+            .note(format!("expected: {}", side(units, need)))
+            .note(format!("found:    {}", side(units, have)));
+        if matches!(found.kind, TypedKind::Number(..)) {
+            return match (units_that_fit(need), need.is_number()) {
+                (Some(fitting), _) => diagnostic.help(format!("units that fit: {fitting}")),
+                (None, true) => diagnostic.help("leave out the unit"),
+                (None, false) => diagnostic.help(format!("a unit that fits: `{}`", need.si_unit())),
+            };
+        }
+        match missing_factor(units, have, need) {
+            Some(factor) => diagnostic.help(factor),
+            None => match need.over(have) {
+                Some(factor) => diagnostic.note(format!("the factor between them: {}", side(units, factor))),
+                None => diagnostic,
+            },
+        }
+    }
+
+    /// A plain number where a quantity is expected.
+    fn missing_unit(&self, span: Span, expr: &Expr, message: String, need: Dimension) -> Diagnostic {
+        let diagnostic = Diagnostic::error(codes::E0302, span, message);
+        let unit = usual_unit(need).map_or_else(|| need.si_unit(), str::to_string);
+        let diagnostic = match units_that_fit(need) {
+            Some(fitting) => diagnostic.note(format!("units that fit: {fitting}")),
+            None => diagnostic,
+        };
+        if literal_number(expr) {
+            let mended = format!("{} {unit}", self.sources.slice(expr.span));
+            diagnostic.label("a plain number").help(format!("write `{mended}`")).suggest(expr.span, mended)
+        } else {
+            let units = &self.vocabulary.units;
+            let factor = missing_factor(units, Dimension::NUMBER, need);
+            diagnostic.help(factor.unwrap_or_else(|| format!("multiply by a `{}`", units.describe(need))))
+        }
+    }
+
+    fn wrong_type(&self, found: &Typed, want: &Want) -> Diagnostic {
+        let vocabulary = &self.vocabulary;
+        let wanted = vocabulary.in_words(&want.ty);
+        match (&found.ty, want.ty.required()) {
+            (Type::Schema(schema), Type::Family(family)) => {
+                let schema = vocabulary.schema(*schema);
+                let message = format!("{} cannot be a `{}`", want.what, schema.name);
+                let mut diagnostic = Diagnostic::error(codes::E0308, found.span, message)
+                    .note(format!("expected {}", vocabulary.in_words(&Type::Family(*family))));
+                if let Some(own) = schema.family {
+                    let own = &vocabulary.family(own).name;
+                    diagnostic = diagnostic.note(format!("`{}` is {} `{own}`", schema.name, article(own)));
+                }
+                diagnostic
+            }
+            (Type::List(_, Some(have)), Type::List(_, Some(need))) if have != need => {
+                let message = format!("{} expects a list of {need}, found a list of {have}", want.what);
+                Diagnostic::error(codes::E0310, found.span, message)
+            }
+            (Type::Optional(_), _) => {
+                let message = format!("{} expects {wanted}, and this may be `none`", want.what);
+                Diagnostic::error(codes::E0301, found.span, message)
+            }
+            (Type::Text, Type::Symbols(symbols)) => {
+                let text = self.sources.slice(found.span).trim_matches('"').to_string();
+                let message = format!("{} expects a bare word, found a text in quotes", want.what);
+                let diagnostic = Diagnostic::error(codes::E0301, found.span, message)
+                    .note(format!("it is one of {}", listed(symbols.iter().map(|s| s.name.as_str()))));
+                match symbols.iter().any(|symbol| symbol.name == text) {
+                    true => diagnostic.help(format!("write `{text}`")).suggest(found.span, text),
+                    false => diagnostic,
+                }
+            }
+            _ => {
+                let message = format!("{} expects {wanted}, found {}", want.what, vocabulary.in_words(&found.ty));
+                let diagnostic = Diagnostic::error(codes::E0301, found.span, message);
+                match want.ty.required() {
+                    Type::List(..) if !matches!(found.ty, Type::List(..)) => {
+                        let mended = format!("[{}]", self.sources.slice(found.span));
+                        diagnostic.help("write it in `[ ]`").suggest(found.span, mended)
+                    }
+                    _ => diagnostic,
+                }
+            }
+        }
+    }
+
+    /// Two sides of `+`, `-` or a comparison that do not have the same dimension.
+    pub(super) fn unequal_sides(&mut self, verb: &str, span: Span, left: (&Typed, &Expr), right: (&Typed, &Expr)) {
+        let units = &self.vocabulary.units;
+        let (Some(a), Some(b)) = (left.0.ty.dimension(), right.0.ty.dimension()) else { return };
+        let message = format!("cannot {verb} {} and {}", units.in_words(a), units.in_words(b));
+        let mut diagnostic = Diagnostic::error(codes::E0304, span, message)
+            .also(left.0.span, units.describe(a))
+            .also(right.0.span, units.describe(b))
+            .note(format!("left:  {}", side(units, a)))
+            .note(format!("right: {}", side(units, b)));
+        let bare = [(a, b, left), (b, a, right)].into_iter().find(|(have, _, (_, expr))| have.is_number() && literal_number(expr));
+        if let Some((_, need, (_, expr))) = bare {
+            let unit = usual_unit(need).map_or_else(|| need.si_unit(), str::to_string);
+            let mended = format!("{} {unit}", self.sources.slice(expr.span));
+            diagnostic = diagnostic.help(format!("write `{mended}`")).suggest(expr.span, mended);
+        } else if let Some(factor) = missing_factor(units, b, a) {
+            diagnostic = diagnostic.help(format!("on the right, {factor}"));
+        } else if let Some(factor) = a.over(b) {
+            diagnostic = diagnostic.note(format!("the factor between them: {}", side(units, factor)));
+        }
+        self.say(diagnostic);
+    }
+}

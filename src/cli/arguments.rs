@@ -1,0 +1,157 @@
+//! What can be said on the command line. The words are stable: scripts and editors rely on them.
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use std::path::PathBuf;
+
+/// A declarative language and compiler for robotic optical polishing.
+#[derive(Debug, Parser)]
+#[command(name = "polishc", version, arg_required_else_help = true)]
+pub struct Arguments {
+    #[command(subcommand)]
+    pub command: Command,
+    #[command(flatten)]
+    pub common: Common,
+}
+
+#[derive(Debug, Args)]
+pub struct Common {
+    /// How diagnostics are written.
+    #[arg(long, global = true, value_enum, default_value_t = MessageFormat::Human)]
+    pub message_format: MessageFormat,
+    /// Whether diagnostics are coloured.
+    #[arg(long, global = true, value_enum, default_value_t = Colour::Auto)]
+    pub color: Colour,
+    /// `warnings`: every warning counts as an error.
+    #[arg(long, global = true, value_enum)]
+    pub deny: Option<Deny>,
+    /// Threads to compute with (default: all cores). The programs are the same for any number.
+    #[arg(long, global = true, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
+    /// Write the time of each pass to this file as JSON.
+    #[arg(long, global = true, value_name = "FILE")]
+    pub timings: Option<PathBuf>,
+    /// Allow a job to name files outside its project.
+    #[arg(long, global = true)]
+    pub allow_outside: bool,
+    /// Say only what is wrong.
+    #[arg(short, long, global = true)]
+    pub quiet: bool,
+    /// Say more.
+    #[arg(short, long, global = true)]
+    pub verbose: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum MessageFormat {
+    Human,
+    Short,
+    Json,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Colour {
+    Auto,
+    Always,
+    Never,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Deny {
+    Warnings,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum For {
+    /// The polishing program.
+    Polish,
+    /// The path lifted along its normals, slow, process off.
+    #[value(name = "dry_run")]
+    DryRun,
+}
+
+/// Intermediate forms that `--emit` writes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Emit {
+    /// The tree of the job file (`NAME.ast.txt`).
+    Ast,
+    /// The evaluated job in SI (`NAME.job.json`).
+    Job,
+    /// Points and normals in the part frame, metres (`NAME.path.npy`, columns x y z nx ny nz).
+    Path,
+    /// Programmed speed of the move to each point, m/s (`NAME.dwell.npy`).
+    Dwell,
+    /// Joint angles at each point, radians (`NAME.motion.npy`).
+    Motion,
+    /// Predicted residual in metres on the error map's grid, rows towards +y (`NAME.residual.npy`).
+    Residual,
+    /// The robot programs too.
+    Program,
+}
+
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Check jobs: names, types, files, plan, motion and program, all in memory; nothing is written.
+    Check {
+        #[arg(required = true, value_name = "FILE")]
+        files: Vec<PathBuf>,
+        /// Stop after names, types and dimensions.
+        #[arg(long)]
+        fast: bool,
+        /// Give a param its value.
+        #[arg(long, value_name = "NAME=VALUE")]
+        set: Vec<String>,
+    },
+    /// Write the robot programs of a job, all or nothing.
+    Build {
+        file: PathBuf,
+        /// Folder for what is written (default: out/NAME).
+        #[arg(short, value_name = "DIR")]
+        output: Option<PathBuf>,
+        /// Build only this job of the file.
+        #[arg(long, value_name = "NAME")]
+        job: Option<String>,
+        /// Give a param its value.
+        #[arg(long, value_name = "NAME=VALUE")]
+        set: Vec<String>,
+        /// What the program is for.
+        #[arg(long = "for", value_enum, default_value_t = For::Polish)]
+        purpose: For,
+        /// Write these intermediate forms instead of programs.
+        #[arg(long, value_enum, value_delimiter = ',', value_name = "FORM,…")]
+        emit: Vec<Emit>,
+    },
+    /// Read a robot program, ours or edited, and compare it with the job.
+    Verify {
+        /// The program's files: the main module and its chunks, in any order.
+        #[arg(required = true, value_name = "PROGRAM")]
+        programs: Vec<PathBuf>,
+        /// The job it must do.
+        #[arg(long = "job", value_name = "FILE")]
+        file: PathBuf,
+        /// Which job of the file, where it holds several.
+        #[arg(long, value_name = "NAME")]
+        name: Option<String>,
+        /// Give a param its value.
+        #[arg(long, value_name = "NAME=VALUE")]
+        set: Vec<String>,
+        /// What the program is for.
+        #[arg(long = "for", value_enum, default_value_t = For::Polish)]
+        purpose: For,
+    },
+    /// Say what is in a height map.
+    Inspect {
+        #[arg(required = true, value_name = "DATA")]
+        files: Vec<PathBuf>,
+        /// As JSON, one object a line.
+        #[arg(long)]
+        json: bool,
+        /// The height that the value 1 means, where the file does not say it (`nm`, `um`, `mm`, `m`).
+        #[arg(long, value_name = "UNIT")]
+        unit: Option<String>,
+        /// Side of one pixel, where the file does not say it (`0.5mm`).
+        #[arg(long, value_name = "LENGTH")]
+        pixel: Option<String>,
+    },
+    /// Explain a diagnostic's code.
+    Explain { code: String },
+}

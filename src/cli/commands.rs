@@ -1,0 +1,452 @@
+//! What each command does: ask the library, show, write, and say how it ended.
+#![allow(clippy::disallowed_methods, reason = "cli is where disk, clock and environment are")]
+#![allow(clippy::print_stdout, clippy::print_stderr, reason = "cli is where standard output is")]
+
+use super::arguments::{Arguments, Colour, Command, Common, Deny, Emit, For, MessageFormat};
+use super::disk::Disk;
+use super::output::{self, RealFolder};
+use crate::diagnostics::codes as code;
+use crate::diagnostics::render::{self, Style};
+use crate::diagnostics::{Code, Diagnostic, Severity};
+use crate::metrology;
+use crate::motion::Purpose;
+use crate::report::{Met, ResultFile};
+use crate::session::{self, Compilation, Planned, Request, Until, Watch};
+use crate::source::Sources;
+use crate::target::Program;
+use clap::Parser;
+use std::ffi::OsString;
+use std::io::{IsTerminal, Write};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::Mutex;
+use std::time::Instant;
+
+/// Exit status of a job or data with errors.
+const WRONG_INPUT: u8 = 1;
+/// Exit status of a wrong command line.
+const WRONG_COMMAND: u8 = 2;
+/// Exit status of a bug in polishc.
+const BUG: u8 = 101;
+
+/// Runs the command line `arguments` (the first is the program's name) and says how it ended.
+pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
+    let arguments = match Arguments::try_parse_from(arguments) {
+        Ok(arguments) => arguments,
+        Err(error) => {
+            let asked_for_help = !error.use_stderr();
+            error.print().ok();
+            return ExitCode::from(if asked_for_help { 0 } else { WRONG_COMMAND });
+        }
+    };
+    std::panic::set_hook(Box::new(|info| {
+        eprintln!("polishc has a bug: {info}");
+        eprintln!("Nothing was written. Please report it with the job, its data and the line above.");
+    }));
+    let threads = arguments.common.threads.map_or(0, usize::from);
+    let pool = match rayon::ThreadPoolBuilder::new().num_threads(threads).build() {
+        Ok(pool) => pool,
+        Err(error) => {
+            eprintln!("polishc could not start its threads: {error}");
+            return ExitCode::from(WRONG_INPUT);
+        }
+    };
+    let ended = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| pool.install(|| dispatch(&arguments))));
+    ExitCode::from(ended.unwrap_or(BUG))
+}
+
+fn dispatch(arguments: &Arguments) -> u8 {
+    let common = &arguments.common;
+    match &arguments.command {
+        Command::Check { files, fast, set } => {
+            let mut status = 0;
+            for file in files {
+                let until = if *fast { Until::Types } else { Until::Program };
+                status = status.max(check(common, file, set, until));
+            }
+            status
+        }
+        Command::Build { file, output, job, set, purpose, emit } => {
+            build(common, file, output.as_deref(), job.as_deref(), set, *purpose, emit)
+        }
+        Command::Verify { programs, file, name, set, purpose } => {
+            verify(common, programs, file, name.as_deref(), set, *purpose)
+        }
+        Command::Inspect { files, json, unit, pixel } => {
+            inspect(common, files, *json, unit.as_deref(), pixel.as_deref())
+        }
+        Command::Explain { code } => explain(code),
+    }
+}
+
+/// Times the passes: each is counted from its own call to the next one's.
+struct Timings {
+    start: Instant,
+    passes: Mutex<Vec<(&'static str, f64)>>,
+}
+
+impl Timings {
+    fn new() -> Timings {
+        Timings { start: Instant::now(), passes: Mutex::new(Vec::new()) }
+    }
+
+    fn to_json(&self) -> String {
+        let end = self.start.elapsed().as_secs_f64();
+        let passes = self.passes.lock().map(|p| p.clone()).unwrap_or_default();
+        let mut lines = Vec::new();
+        for (i, (name, from)) in passes.iter().enumerate() {
+            let to = passes.get(i + 1).map_or(end, |(_, at)| *at);
+            lines.push(serde_json::json!({ "pass": name, "ms": ((to - from) * 1e5).round() / 100.0 }));
+        }
+        let total = (end * 1e5).round() / 100.0;
+        serde_json::json!({ "passes": lines, "total_ms": total }).to_string() + "\n"
+    }
+}
+
+impl Watch for Timings {
+    fn pass(&self, name: &'static str) {
+        if let Ok(mut passes) = self.passes.lock() {
+            passes.push((name, self.start.elapsed().as_secs_f64()));
+        }
+    }
+}
+
+fn request(common: &Common, file: &Path, job: Option<&str>, set: &[String], purpose: For, until: Until) -> Request {
+    let sets = set
+        .iter()
+        .map(|pair| match pair.split_once('=') {
+            Some((name, value)) => (name.trim().to_string(), value.trim().to_string()),
+            None => (pair.trim().to_string(), String::new()),
+        })
+        .collect();
+    Request {
+        path: file.to_string_lossy().into_owned(),
+        sets,
+        job: job.map(str::to_string),
+        purpose: match purpose {
+            For::Polish => Purpose::Polish,
+            For::DryRun => Purpose::DryRun,
+        },
+        until,
+        warnings_are_errors: common.deny == Some(Deny::Warnings),
+    }
+}
+
+fn show(common: &Common, sources: &Sources, diagnostics: &[Diagnostic]) {
+    let style = match common.message_format {
+        MessageFormat::Human => Style::Human,
+        MessageFormat::Short => Style::Short,
+        MessageFormat::Json => Style::Json,
+    };
+    let colour = match common.color {
+        Colour::Always => true,
+        Colour::Never => false,
+        Colour::Auto => std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|v| v.is_empty()),
+    };
+    let shown: Vec<Diagnostic> = diagnostics
+        .iter()
+        .filter(|d| !(common.quiet && d.severity == Severity::Warning && common.deny.is_none()))
+        .cloned()
+        .collect();
+    eprint!("{}", render::render(sources, &shown, style, colour));
+    let summary = render::summary(&shown);
+    if style != Style::Json && !summary.is_empty() {
+        eprintln!("{summary}");
+    }
+}
+
+/// Ends a command: writes the timings if they were asked for.
+fn finish(common: &Common, timings: &Timings, status: u8) -> u8 {
+    if let Some(path) = &common.timings
+        && let Err(error) = std::fs::write(path, timings.to_json())
+    {
+        eprintln!("the timings could not be written to `{}`: {error}", path.display());
+        return status.max(WRONG_INPUT);
+    }
+    status
+}
+
+/// One line on standard output; a closed pipe is nobody's error.
+fn say(text: &str) {
+    writeln!(std::io::stdout(), "{text}").ok();
+}
+
+fn check(common: &Common, file: &Path, set: &[String], until: Until) -> u8 {
+    let timings = Timings::new();
+    let disk = Disk::new(file, common.allow_outside);
+    let done = session::compile(&disk, &request(common, file, None, set, For::Polish, until), &timings);
+    show(common, &done.sources, &done.diagnostics);
+    let status = if done.failed() { WRONG_INPUT } else { 0 };
+    if status == 0 && !common.quiet && common.message_format != MessageFormat::Json {
+        say(&format!("{}: good", file.display()));
+    }
+    finish(common, &timings, status)
+}
+
+fn build(
+    common: &Common,
+    file: &Path,
+    folder: Option<&Path>,
+    job: Option<&str>,
+    set: &[String],
+    purpose: For,
+    emit: &[Emit],
+) -> u8 {
+    let timings = Timings::new();
+    let disk = Disk::new(file, common.allow_outside);
+    let programs = emit.is_empty() || emit.contains(&Emit::Program);
+    let until = if programs {
+        Until::Program
+    } else {
+        emit.iter().map(|form| until_of(*form)).max().unwrap_or(Until::Program)
+    };
+    let mut done = session::compile(&disk, &request(common, file, job, set, purpose, until), &timings);
+    if done.failed() {
+        show(common, &done.sources, &done.diagnostics);
+        return finish(common, &timings, WRONG_INPUT);
+    }
+    timings.pass("write");
+    let mut wrote = Vec::new();
+    for planned in &done.jobs {
+        let folder = folder.map_or_else(|| Path::new("out").join(&planned.name), Path::to_path_buf);
+        let folder = if done.jobs.len() > 1 && folder.file_name().is_some_and(|f| f != planned.name.as_str()) {
+            folder.join(&planned.name)
+        } else {
+            folder
+        };
+        let files = files_of(&done, planned, emit, programs);
+        let stale = stale_files(&folder, &files);
+        if let Err(message) = output::write_all(&mut RealFolder, &folder, &files, &stale) {
+            done.diagnostics.push(
+                Diagnostic::placeless(code::E1201, message)
+                    .help("nothing was written; choose a folder that can be written to with `-o DIR`, or make room"),
+            );
+            show(common, &done.sources, &done.diagnostics);
+            return finish(common, &timings, WRONG_INPUT);
+        }
+        wrote.push((folder, files));
+    }
+    show(common, &done.sources, &done.diagnostics);
+    if !common.quiet && common.message_format != MessageFormat::Json {
+        for (planned, (folder, files)) in done.jobs.iter().zip(&wrote) {
+            tell(planned, folder, files);
+        }
+    }
+    finish(common, &timings, 0)
+}
+
+fn until_of(form: Emit) -> Until {
+    match form {
+        Emit::Ast | Emit::Job => Until::Types,
+        Emit::Path | Emit::Dwell | Emit::Residual => Until::Dwell,
+        Emit::Motion => Until::Motion,
+        Emit::Program => Until::Program,
+    }
+}
+
+/// The files of one job: programs and result, and the forms that were asked for.
+fn files_of(done: &Compilation, planned: &Planned, emit: &[Emit], programs: bool) -> Vec<(String, Vec<u8>)> {
+    let mut files: Vec<(String, Vec<u8>)> = Vec::new();
+    for form in emit {
+        files.extend(emitted(done, planned, *form));
+    }
+    if programs {
+        if let Some(program) = &planned.program {
+            files.extend(program.files.iter().map(|f| (f.name.clone(), f.bytes.clone())));
+        }
+        if let Some(result) = &planned.result {
+            let whole = ResultFile { polishc: env!("CARGO_PKG_VERSION"), jobs: vec![result.clone()] };
+            let text = serde_json::to_string_pretty(&whole).unwrap_or_default() + "\n";
+            files.push(("result.json".into(), text.into_bytes()));
+        }
+    }
+    files
+}
+
+/// One intermediate form, if the job came so far.
+fn emitted(done: &Compilation, planned: &Planned, form: Emit) -> Option<(String, Vec<u8>)> {
+    let npy = |columns: usize, values: Vec<f64>| metrology::npy::write(columns, &values);
+    let (ending, bytes) = match form {
+        Emit::Ast => ("ast.txt", Some(done.ast().into_bytes())),
+        Emit::Job => ("job.json", serde_json::to_vec_pretty(&planned.job).ok()),
+        Emit::Path => {
+            let points = &planned.path.as_ref()?.points;
+            let rows = (0..points.len()).flat_map(|i| [points.position(i), points.normal(i)].concat());
+            ("path.npy", npy(6, rows.collect()))
+        }
+        Emit::Dwell => ("dwell.npy", npy(1, planned.dwell.as_ref()?.timed.speed.clone())),
+        Emit::Motion => ("motion.npy", npy(6, planned.motion.as_ref()?.joints.concat())),
+        Emit::Residual => {
+            let residual = &planned.dwell.as_ref()?.residual;
+            ("residual.npy", npy(residual.columns, residual.values.clone()))
+        }
+        Emit::Program => return None,
+    };
+    Some((format!("{}.{ending}", planned.name), bytes?))
+}
+
+/// Programs of an earlier build in the folder that this build does not make: its `result.json` names them.
+fn stale_files(folder: &Path, files: &[(String, Vec<u8>)]) -> Vec<String> {
+    if !files.iter().any(|(name, _)| name == "result.json") {
+        return Vec::new();
+    }
+    let Ok(text) = std::fs::read_to_string(folder.join("result.json")) else { return Vec::new() };
+    let Ok(old) = serde_json::from_str::<serde_json::Value>(&text) else { return Vec::new() };
+    let jobs = old["jobs"].as_array().cloned().unwrap_or_default();
+    jobs.iter()
+        .flat_map(|job| job["programs"].as_array().cloned().unwrap_or_default())
+        .filter_map(|program| program["file"].as_str().map(str::to_string))
+        .filter(|name| !name.contains(['/', '\\']) && !files.iter().any(|(new, _)| new == name))
+        .collect()
+}
+
+/// A few lines on what was written and what it predicts.
+fn tell(planned: &Planned, folder: &Path, files: &[(String, Vec<u8>)]) {
+    let Some(result) = &planned.result else { return };
+    let bytes: usize = files.iter().map(|(_, bytes)| bytes.len()).sum();
+    say(&format!("{} ({})", result.name, result.part));
+    if let Some(first) = result.programs.first() {
+        say(&format!(
+            "  wrote      {} files, {:.1} MB, in {}; load `{}`",
+            files.len(),
+            bytes as f64 / 1e6,
+            folder.display(),
+            first.file
+        ));
+    } else {
+        say(&format!("  wrote      {} files in {}", files.len(), folder.display()));
+    }
+    say(&format!("  path       {} points on {} lines", result.path.points, result.path.lines));
+    let predicted = &result.predicted;
+    say(&format!(
+        "  predicted  RMS {:.1} -> {:.1} nm, PV {:.0} -> {:.0} nm, {:.0} nm removed in the mean",
+        predicted.rms_before_nm, predicted.rms_nm, predicted.pv_before_nm, predicted.pv_nm, predicted.removal_mean_nm
+    ));
+    if let Some(motion) = &result.motion {
+        say(&format!(
+            "  motion     {}, every joint at least {:.1} deg inside its range (kinematic estimate)",
+            hours(motion.time_s),
+            motion.joint_margin_deg
+        ));
+    }
+    for requirement in &result.requirements {
+        let word = match requirement.met {
+            Met::Yes => "met",
+            Met::No => "not met",
+            Met::Pending => "pending",
+        };
+        say(&format!("  {word:<9}  {} (is {})", requirement.text, requirement.value));
+    }
+    if !result.programs.is_empty() {
+        say(&format!("  unchecked  {}; {}", result.unchecked.join(", "), result.note));
+    }
+}
+
+fn hours(seconds: f64) -> String {
+    let minutes = (seconds / 60.0).round() as u64;
+    if minutes >= 60 { format!("{} h {} min", minutes / 60, minutes % 60) } else { format!("{:.1} min", seconds / 60.0) }
+}
+
+fn verify(
+    common: &Common,
+    programs: &[PathBuf],
+    file: &Path,
+    name: Option<&str>,
+    set: &[String],
+    purpose: For,
+) -> u8 {
+    let timings = Timings::new();
+    let disk = Disk::new(file, common.allow_outside);
+    let mut done = session::compile(&disk, &request(common, file, name, set, purpose, Until::Motion), &timings);
+    if done.failed() {
+        show(common, &done.sources, &done.diagnostics);
+        return finish(common, &timings, WRONG_INPUT);
+    }
+    let mut program = Program::default();
+    for path in programs {
+        match std::fs::read(path) {
+            Ok(bytes) => program.files.push(crate::target::ProgramFile {
+                name: path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default(),
+                bytes,
+            }),
+            Err(error) => {
+                done.diagnostics.push(Diagnostic::placeless(
+                    code::E1202,
+                    format!("the program `{}` could not be read: {error}", path.display()),
+                ));
+            }
+        }
+    }
+    if !done.failed() {
+        timings.pass("verify");
+        session::verify(&mut done, &program);
+    }
+    show(common, &done.sources, &done.diagnostics);
+    let status = if done.failed() { WRONG_INPUT } else { 0 };
+    if status == 0 && !common.quiet && common.message_format != MessageFormat::Json {
+        say(&format!("{} does what {} asks", programs_name(programs), file.display()));
+    }
+    finish(common, &timings, status)
+}
+
+fn programs_name(programs: &[PathBuf]) -> String {
+    match programs {
+        [one] => one.display().to_string(),
+        many => format!("the program of {} files", many.len()),
+    }
+}
+
+fn inspect(common: &Common, files: &[PathBuf], json: bool, unit: Option<&str>, pixel: Option<&str>) -> u8 {
+    let mut status = 0;
+    let lengths = [("--unit", unit), ("--pixel", pixel)].map(|(option, text)| match text.map(length) {
+        Some(None) => {
+            eprintln!("`{option}` takes a length such as `0.5mm`, or a unit of length such as `nm`");
+            Err(WRONG_COMMAND)
+        }
+        Some(found) => Ok(found),
+        None => Ok(None),
+    });
+    let [Ok(unit), Ok(pixel)] = lengths else { return WRONG_COMMAND };
+    for file in files {
+        let disk = Disk::new(file, true);
+        match session::inspect(&disk, &file.to_string_lossy(), unit, pixel) {
+            Ok(found) => {
+                let found = serde_json::to_value(&found).unwrap_or_default();
+                if json {
+                    say(&found.to_string());
+                    continue;
+                }
+                say(&format!("{}", file.display()));
+                for (key, value) in found.as_object().into_iter().flatten() {
+                    say(&format!("  {key:<16} {}", value.to_string().trim_matches('"')));
+                }
+            }
+            Err(problem) => {
+                show(common, &Sources::default(), &[session::placeless(problem)]);
+                status = WRONG_INPUT;
+            }
+        }
+    }
+    status
+}
+
+/// A length of the command line in metres: `0.5mm`, `0.5 mm`, or a unit alone.
+fn length(text: &str) -> Option<f64> {
+    const UNITS: &[(&str, f64)] = &[("nm", 1e-9), ("um", 1e-6), ("µm", 1e-6), ("mm", 1e-3), ("m", 1.0)];
+    let (number, size) = UNITS.iter().find_map(|(unit, size)| Some((text.trim().strip_suffix(unit)?.trim(), size)))?;
+    let number: f64 = if number.is_empty() { 1.0 } else { number.parse().ok()? };
+    (number > 0.0 && number.is_finite()).then_some(number * size)
+}
+
+fn explain(text: &str) -> u8 {
+    match Code::find(text) {
+        Some(code) => {
+            write!(std::io::stdout(), "{}", code.page()).ok();
+            0
+        }
+        None => {
+            eprintln!("there is no code `{text}`; codes look like `{}`", code::E0100);
+            WRONG_COMMAND
+        }
+    }
+}

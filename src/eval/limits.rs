@@ -1,0 +1,144 @@
+//! Limits: `where`, `usual`, whole numbers, and the `check` lines of schemas.
+
+use super::evaluate::{Evaluator, Surroundings, compares};
+use super::value::{FieldOfRecord, Value, ValueKind};
+use crate::check::typed::{Typed, TypedKind};
+use crate::check::types::{Limit, LimitKind, Type};
+use crate::diagnostics::{Diagnostic, codes};
+use crate::source::Span;
+use crate::units::show;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// The largest whole number up to which every whole number is exact in double precision: 2^53.
+const LARGEST_WHOLE: f64 = 9_007_199_254_740_992.0;
+
+impl Evaluator<'_> {
+    /// A value for people: as written if it stands there as a number, else with a unit of sensible size.
+    pub(super) fn shown(&self, value: &Value) -> String {
+        match &value.kind {
+            ValueKind::Quantity { written: true, .. } => self.sources.slice(value.span).to_string(),
+            ValueKind::Quantity { quantity, .. } => show(quantity.value, quantity.dimension),
+            ValueKind::Bool(value) => value.to_string(),
+            ValueKind::Text(text) | ValueKind::File(text) => format!("\"{text}\""),
+            ValueKind::Symbol(symbol) => symbol.clone(),
+            ValueKind::None => "none".into(),
+            ValueKind::List(elements) => {
+                format!("[{}]", elements.iter().map(|element| self.shown(element)).collect::<Vec<_>>().join(", "))
+            }
+            ValueKind::Range(from, to) => format!("{} .. {}", self.shown(from), self.shown(to)),
+            ValueKind::Record(record) => record.name.clone(),
+        }
+    }
+
+    /// Whether the value keeps to its type and limits. What breaks `where` is an error, what is outside `usual` a warning.
+    pub(super) fn keeps_to(
+        &mut self,
+        value: &Value,
+        ty: &Type,
+        what: &str,
+        restriction: Option<&Limit>,
+        usual: Option<&Limit>,
+    ) -> bool {
+        let mut good = true;
+        for number in value.numbers() {
+            let Some(quantity) = number.as_quantity() else { continue };
+            let shown = self.shown(number);
+            if *ty.element() == Type::Integer && (quantity.value.fract() != 0.0 || quantity.value.abs() > LARGEST_WHOLE) {
+                let message = format!("{what} is {shown}, and must be a whole number");
+                self.say(Diagnostic::error(codes::E0407, number.span, message));
+                good = false;
+                continue;
+            }
+            if let Some(limit) = restriction
+                && !self.is_within(quantity.value, limit)
+            {
+                let must = self.must_be(limit);
+                let message = format!("{what} is {shown}, and must be {must}");
+                self.say(Diagnostic::error(codes::E0404, number.span, message));
+                good = false;
+                continue;
+            }
+            if let Some(limit) = usual
+                && !self.is_within(quantity.value, limit)
+            {
+                let message = format!("{what} is {shown}, which is unusual: it is mostly {}", limit.text);
+                self.say(
+                    Diagnostic::warning(codes::W0401, number.span, message)
+                        .help("check the unit; a slip such as mm/min for um/min looks like this"),
+                );
+            }
+        }
+        good
+    }
+
+    fn must_be(&self, limit: &Limit) -> String {
+        match limit.kind {
+            LimitKind::Range(..) => format!("within {}", limit.text),
+            LimitKind::Comparisons(_) => limit.text.clone(),
+        }
+    }
+
+    fn is_within(&mut self, value: f64, limit: &Limit) -> bool {
+        // A bound that could not be worked out has been reported; nothing is held against it.
+        let mut holds = |operator, bound: &Typed| {
+            let bound = self.value(bound, Surroundings::default()).and_then(|bound| bound.as_quantity());
+            bound.is_none_or(|bound| compares(operator, value, bound.value))
+        };
+        use crate::syntax::ast::BinaryOp::{GreaterEqual, LessEqual};
+        match &limit.kind {
+            LimitKind::Range(from, to) => holds(GreaterEqual, from) && holds(LessEqual, to),
+            LimitKind::Comparisons(all) => all.iter().all(|(operator, bound)| holds(*operator, bound)),
+        }
+    }
+
+    /// A `check` line of a schema. Where a field it speaks of is `none`, it says nothing.
+    pub(super) fn check_line(
+        &mut self,
+        line: &Typed,
+        text: &str,
+        schema: &str,
+        fields: &BTreeMap<String, FieldOfRecord>,
+        span: Span,
+    ) {
+        let mut named = BTreeSet::new();
+        siblings(line, &mut named);
+        let known: Vec<(&String, &Value)> =
+            named.iter().filter_map(|name| fields.get_key_value(*name)).map(|(name, field)| (name, &field.value)).collect();
+        if known.iter().any(|(_, value)| value.kind == ValueKind::None) {
+            return;
+        }
+        let around = Surroundings { wavelength: None, siblings: Some(fields) };
+        let Some(Value { kind: ValueKind::Bool(false), .. }) = self.value(line, around) else { return };
+        let facts: Vec<String> =
+            known.iter().map(|(name, value)| format!("`{name}` is {}", self.shown(value))).collect();
+        let message = format!("in `{schema}` must hold `{text}`, but {}", facts.join(" and "));
+        let place = known.first().map_or(span, |(_, value)| value.span);
+        let mut diagnostic = Diagnostic::error(codes::E0405, place, message);
+        for (name, value) in known.iter().skip(1) {
+            diagnostic = diagnostic.also(value.span, format!("`{name}`"));
+        }
+        self.say(diagnostic);
+    }
+}
+
+/// The fields that a `check` line names.
+fn siblings<'t>(typed: &'t Typed, into: &mut BTreeSet<&'t String>) {
+    match &typed.kind {
+        TypedKind::SiblingField(name) => drop(into.insert(name)),
+        TypedKind::Member(inner, _) | TypedKind::Minus(inner) | TypedKind::Not(inner) => siblings(inner, into),
+        TypedKind::Binary(_, a, b) | TypedKind::Range(a, b) => {
+            siblings(a, into);
+            siblings(b, into);
+        }
+        TypedKind::Call(_, arguments) | TypedKind::List(arguments) => {
+            arguments.iter().for_each(|argument| siblings(argument, into));
+        }
+        TypedKind::With(base, given) => {
+            siblings(base, into);
+            given.iter().for_each(|field| siblings(&field.value, into));
+        }
+        TypedKind::Record(_, given) => given.iter().for_each(|field| siblings(&field.value, into)),
+        TypedKind::Number(..) | TypedKind::Bool(_) | TypedKind::Text(_) | TypedKind::File(_) | TypedKind::Symbol(_)
+        | TypedKind::None | TypedKind::Global(_) | TypedKind::Result(_) | TypedKind::Failed => {}
+    }
+}

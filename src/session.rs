@@ -1,0 +1,411 @@
+//! The session: all passes in order, for the jobs of one file. The library's front door.
+//!
+//! In: a [`FileProvider`], a [`Request`]. Out: a [`Compilation`]: the sources read, everything there is to say, and what
+//! was planned for each job. Nothing is written and no clock is read: [`Watch`] tells the caller which pass begins.
+
+use crate::diagnostics::codes as code;
+use crate::diagnostics::render;
+use crate::diagnostics::{Diagnostic, Problem, Severity};
+use crate::dwell;
+use crate::eval::{self, Requirement};
+use crate::job::{self, Job, Origins, Unchecked};
+use crate::metrology::{self, ErrorMap};
+use crate::motion::{self, Checked, Motion, Purpose};
+use crate::path::{self, ToolPath};
+use crate::report::{self, Input, JobResult, Met};
+use crate::source::{FileProvider, Sources};
+use crate::syntax;
+use crate::target::{self, Program};
+use crate::tool::{self, InfluenceFunction};
+use crate::verify::{self, Verified};
+use crate::workpiece;
+
+/// Told when a pass begins.
+pub trait Watch {
+    /// `name` is the pass: `check`, `metrology`, `path`, `dwell`, `motion`, `target`, `verify`.
+    fn pass(&self, name: &'static str);
+}
+
+/// Nobody watches.
+pub struct Unwatched;
+
+impl Watch for Unwatched {
+    fn pass(&self, _: &'static str) {}
+}
+
+/// How far to go.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Until {
+    /// Names, types, dimensions, ranges: the job is evaluated, no data file is read.
+    Types,
+    Path,
+    Dwell,
+    Motion,
+    Program,
+}
+
+/// What is to be compiled.
+#[derive(Clone, Debug)]
+pub struct Request {
+    /// The job file.
+    pub path: String,
+    /// `--set NAME=VALUE`.
+    pub sets: Vec<(String, String)>,
+    /// Only this job of the file.
+    pub job: Option<String>,
+    pub purpose: Purpose,
+    pub until: Until,
+    pub warnings_are_errors: bool,
+}
+
+impl Request {
+    /// The whole way, for polishing, nothing set.
+    pub fn new(path: &str) -> Request {
+        Request {
+            path: path.into(),
+            sets: Vec::new(),
+            job: None,
+            purpose: Purpose::Polish,
+            until: Until::Program,
+            warnings_are_errors: false,
+        }
+    }
+}
+
+/// What came of a request.
+#[derive(Debug, Default)]
+pub struct Compilation {
+    pub sources: Sources,
+    /// In order of place.
+    pub diagnostics: Vec<Diagnostic>,
+    pub jobs: Vec<Planned>,
+    warnings_are_errors: bool,
+}
+
+impl Compilation {
+    /// The tree of the job file, for people who work on the compiler.
+    pub fn ast(&self) -> String {
+        let Some((file, _, text)) = self.sources.iter().next() else { return String::new() };
+        format!("{:#?}\n", syntax::parse(file, text).0)
+    }
+
+    /// Whether anything said is an error (or a warning, where those are denied).
+    pub fn failed(&self) -> bool {
+        self.diagnostics.iter().any(|d| self.warnings_are_errors || d.severity == Severity::Error)
+    }
+}
+
+/// One job, as far as it came.
+#[derive(Debug)]
+pub struct Planned {
+    pub name: String,
+    pub job: Job,
+    pub origins: Origins,
+    pub requirements: Vec<Requirement>,
+    pub error_map: Option<ErrorMap>,
+    pub path: Option<ToolPath>,
+    pub dwell: Option<dwell::Outcome>,
+    pub motion: Option<Checked<Motion>>,
+    pub program: Option<Verified<Program>>,
+    pub result: Option<JobResult>,
+}
+
+/// Compiles the jobs of one file.
+pub fn compile(files: &dyn FileProvider, request: &Request, watch: &dyn Watch) -> Compilation {
+    watch.pass("check");
+    let options = eval::Options { sets: request.sets.clone(), job: request.job.clone() };
+    let compiled = eval::compile(files, &request.path, &options);
+    let mut done = Compilation {
+        sources: compiled.sources,
+        diagnostics: compiled.diagnostics,
+        jobs: Vec::new(),
+        warnings_are_errors: request.warnings_are_errors,
+    };
+    for job in compiled.jobs {
+        let mut planned = Planned {
+            name: job.name,
+            job: job.job,
+            origins: job.origins,
+            requirements: job.requirements,
+            error_map: None,
+            path: None,
+            dwell: None,
+            motion: None,
+            program: None,
+            result: None,
+        };
+        if request.until > Until::Types {
+            let mut said = Vec::new();
+            let mut passes = Passes { files, request, watch, planned: &mut planned, said: &mut said };
+            if let Err(problems) = passes.run() {
+                said.extend(problems);
+            }
+            planned.summarise(request.purpose, files, &said);
+            // A program for polishing must do what the job requires; a rehearsal, or a look at a form on the way, need not.
+            let finished = !said.iter().any(|p| p.severity == Severity::Error);
+            if finished && request.until == Until::Program && request.purpose == Purpose::Polish {
+                done.diagnostics.extend(planned.unmet());
+            }
+            done.diagnostics.extend(said.into_iter().map(|problem| in_text(problem, &planned.origins)));
+        }
+        done.jobs.push(planned);
+    }
+    render::sort(&mut done.diagnostics);
+    done
+}
+
+/// What a pass said of a field, put at the line of the job that said the field.
+fn in_text(problem: Problem, origins: &Origins) -> Diagnostic {
+    let span = problem.field.as_deref().and_then(|field| origins.find(field));
+    let mut diagnostic = match span {
+        Some(span) => Diagnostic::error(problem.code, span, problem.message),
+        None => Diagnostic::placeless(problem.code, problem.message),
+    };
+    diagnostic.severity = problem.severity;
+    diagnostic.notes = problem.notes;
+    diagnostic.help = problem.help;
+    diagnostic
+}
+
+/// Runs the passes of one job, as far as they go.
+struct Passes<'a> {
+    files: &'a dyn FileProvider,
+    request: &'a Request,
+    watch: &'a dyn Watch,
+    planned: &'a mut Planned,
+    said: &'a mut Vec<Problem>,
+}
+
+impl Passes<'_> {
+    fn run(&mut self) -> Result<(), Vec<Problem>> {
+        let job = self.planned.job.clone();
+        let until = self.request.until;
+        let refuse = |problems: Vec<Problem>| {
+            if problems.iter().any(|p| p.severity == Severity::Error) { Err(problems) } else { Ok(problems) }
+        };
+        let mut odd = refuse(workpiece::check(&job.workpiece))?;
+        odd.extend(refuse(tool::check(&job.tool, &job.workpiece.form))?);
+        odd.extend(refuse(output_checks(&job, until))?);
+        self.said.extend(odd);
+
+        self.watch.pass("path");
+        let controller = job.target.as_ref().map(|job::Target::rapid(rapid)| &rapid.controller);
+        let most_points = controller.map_or(path::MOST_POINTS, |c| u64::try_from(c.most_points).unwrap_or(0));
+        let tool_path = path::plan(&job.path, &job.workpiece, most_points).map_err(one)?;
+        self.planned.path = Some(tool_path.clone());
+        if until == Until::Path {
+            return Ok(());
+        }
+
+        self.watch.pass("metrology");
+        let error_map = metrology::error_map(&job.workpiece, self.files, self.said).map_err(one)?;
+        let job::Tool::mrf_wheel(wheel) = &job.tool;
+        let influence = InfluenceFunction::new(&wheel.influence, self.files, self.said).map_err(one)?;
+
+        self.watch.pass("dwell");
+        let job::Dwell::corrective(corrective) = &job.dwell;
+        let job::Path::raster(raster) = &job.path;
+        let speed_step = speed_step(controller);
+        let task = dwell::Task {
+            path: tool_path,
+            line_pitch: raster.line_pitch.0,
+            error: &error_map.grid,
+            clear: &job.workpiece.clear,
+            edge: &job.workpiece.edge,
+            influence: &influence,
+            azimuth: job.tool.azimuth(),
+            dwell: corrective,
+            speed_step,
+        };
+        let outcome = dwell::solve(task, self.said).map_err(one)?;
+        if let Some(controller) = controller {
+            dwell::check_segment_times(&outcome.timed, corrective, controller, self.said).map_err(one)?;
+        }
+        let timed = outcome.timed.clone();
+        self.planned.dwell = Some(outcome);
+        self.planned.error_map = Some(error_map);
+        let (Some(robot), Some(controller)) = (&job.robot, controller) else { return Ok(()) };
+        if until == Until::Dwell {
+            return Ok(());
+        }
+
+        self.watch.pass("motion");
+        let request = motion::Request {
+            standoff: job.tool.standoff(),
+            azimuth: job.tool.azimuth(),
+            tool_radius: wheel.diameter.0 / 2.0,
+            acceleration: corrective.acceleration.0,
+            purpose: self.request.purpose,
+            points_per_run: usize::try_from(controller.module_points).unwrap_or(0),
+            speed_step,
+        };
+        let checked = motion::plan(timed, robot, &request).map_err(one)?;
+        self.planned.motion = Some(checked);
+        if until == Until::Motion {
+            return Ok(());
+        }
+
+        self.watch.pass("target");
+        let Some(checked) = &self.planned.motion else { return Ok(()) };
+        let (draft, warnings) = target::emit(&self.planned.name, checked, &job)?;
+        self.said.extend(warnings);
+        self.watch.pass("verify");
+        let program = verify::verify(draft, &self.planned.name, checked, &job)?;
+        self.planned.program = Some(program);
+        Ok(())
+    }
+}
+
+fn one(problem: Problem) -> Vec<Problem> {
+    vec![problem]
+}
+
+/// What a job that asks for a program must have.
+fn output_checks(job: &Job, until: Until) -> Vec<Problem> {
+    let mut problems = Vec::new();
+    if until < Until::Motion {
+        return problems;
+    }
+    match (&job.robot, &job.target) {
+        (None, None) => {}
+        (Some(_), None) => problems.push(
+            Problem::error(code::E1103, "robot", "the job names a robot and no target to write a program for")
+                .help("add `target: rapid { … }`, or take `robot` out to plan as far as dwell"),
+        ),
+        (None, Some(_)) => problems.push(
+            Problem::error(code::E1103, "target", "the job names a target and no robot")
+                .help("add `robot: … with { cell: … }`, or take `target` out to plan as far as dwell"),
+        ),
+        (Some(_), Some(_)) => {
+            let listed: Vec<&str> = job.unchecked.iter().flatten().map(|u| u.name()).collect();
+            let missing: Vec<&str> = Unchecked::ALL.iter().map(|u| u.name()).filter(|w| !listed.contains(w)).collect();
+            if !missing.is_empty() {
+                problems.push(
+                    Problem::error(
+                        code::E1104,
+                        "unchecked",
+                        format!("`unchecked` does not name {}, which this compiler does not check", missing.join(", ")),
+                    )
+                    .note("only the tool tip is checked against the part; every report repeats the list")
+                    .help("write `unchecked: [arm, cell, cable, fixture]` once somebody has looked at them"),
+                );
+            }
+        }
+    }
+    problems
+}
+
+/// Programmed speeds are whole multiples of this, m/s: the last decimal (of mm/s) that the target writes. Without a
+/// target a tenth of a micrometre a second, finer than any controller's.
+fn speed_step(controller: Option<&job::Controller>) -> f64 {
+    const FINEST: f64 = 1e-7;
+    controller.map_or(FINEST, |c| 1e-3 / libm::pow(10.0, c.speed_decimals as f64))
+}
+
+/// Says whether an edited or foreign `program` does what the first job of `done` asks, as diagnostics of `done`.
+/// The job must have been compiled as far as [`Until::Motion`].
+pub fn verify(done: &mut Compilation, program: &Program) {
+    let Some(planned) = done.jobs.first() else { return };
+    let problems = match &planned.motion {
+        Some(checked) => verify::check(program, &planned.name, checked, &planned.job),
+        None => vec![target::no_target()],
+    };
+    let found: Vec<Diagnostic> = problems.into_iter().map(|problem| in_text(problem, &planned.origins)).collect();
+    done.diagnostics.extend(found);
+    render::sort(&mut done.diagnostics);
+}
+
+impl Planned {
+    /// Puts together what is known.
+    fn summarise(&mut self, purpose: Purpose, files: &dyn FileProvider, said: &[Problem]) {
+        let (Some(outcome), Some(path)) = (&self.dwell, &self.path) else { return };
+        let program = self.program.as_deref();
+        let results = report::results(outcome, path, self.motion.as_deref(), program);
+        self.result = Some(JobResult {
+            name: self.name.clone(),
+            part: self.job.workpiece.part.clone(),
+            purpose: match purpose {
+                Purpose::Polish => "polish",
+                Purpose::DryRun => "dry_run",
+            },
+            programs: report::programs(program),
+            path: report::path(path),
+            dwell: report::dwell(outcome),
+            predicted: report::predicted(outcome),
+            motion: self.motion.as_deref().map(report::motion),
+            inputs: self.inputs(files),
+            requirements: self.requirements.iter().map(|r| report::requirement(r, &results)).collect(),
+            warnings: said
+                .iter()
+                .filter(|p| p.severity == Severity::Warning)
+                .map(|p| format!("{}: {}", p.code, p.message))
+                .collect(),
+            unchecked: self.job.unchecked.iter().flatten().map(|u| u.name()).collect(),
+            note: "not controller-verified",
+        });
+    }
+
+    /// The data files of the job, by content; names are as the job's folder sees them, so that a build elsewhere is the
+    /// same.
+    fn inputs(&self, files: &dyn FileProvider) -> Vec<Input> {
+        let job::FormError::height_map(map) = &self.job.workpiece.error;
+        let job::Tool::mrf_wheel(wheel) = &self.job.tool;
+        let spot = match &wheel.influence {
+            job::Influence::gaussian(_) => None,
+            job::Influence::measured(spot) => Some(spot.file.as_str()),
+        };
+        std::iter::once(map.file.as_str())
+            .chain(spot)
+            .filter_map(|path| {
+                let bytes = files.read(path, metrology::MOST_BYTES).ok()?;
+                let name = path.rsplit(['/', '\\']).next().unwrap_or(path);
+                Some(Input { file: name.to_string(), blake3: blake3::hash(&bytes).to_hex().to_string() })
+            })
+            .collect()
+    }
+
+    /// Errors for the requirements that do not hold, or cannot be known.
+    fn unmet(&self) -> Vec<Diagnostic> {
+        let Some(result) = &self.result else { return Vec::new() };
+        let mut diagnostics = Vec::new();
+        for (requirement, found) in self.requirements.iter().zip(&result.requirements) {
+            match found.met {
+                Met::Yes => {}
+                Met::No => diagnostics.push(
+                    Diagnostic::error(
+                        code::E1101,
+                        requirement.span,
+                        format!("the job requires `{}`, and the plan gives {}", found.text, found.value),
+                    )
+                    .help("change the plan, or the requirement if it asks for more than the part needs"),
+                ),
+                Met::Pending => diagnostics.push(
+                    Diagnostic::error(
+                        code::E1102,
+                        requirement.span,
+                        format!("the requirement `{}` speaks of a result that this job does not have", found.text),
+                    )
+                    .help("give the job the `robot` and `target` that the result comes from, or take the line out"),
+                ),
+            }
+        }
+        diagnostics
+    }
+}
+
+/// A problem that no job stands behind, as a diagnostic.
+pub fn placeless(problem: Problem) -> Diagnostic {
+    in_text(problem, &Origins::default())
+}
+
+/// What is in the data file at `path`. `unit` is the height that the value 1 means and `pixel` a pixel's side, in metres,
+/// where the file does not say them.
+pub fn inspect(
+    files: &dyn FileProvider,
+    path: &str,
+    unit: Option<f64>,
+    pixel: Option<f64>,
+) -> Result<metrology::Inspection, Problem> {
+    let bytes = metrology::file_bytes(path, files)?;
+    metrology::inspect(&bytes, path, unit, pixel)
+}

@@ -1,0 +1,319 @@
+//! Lexemes: the tokens that mean something, each with where it stands in its line.
+//!
+//! In: the tokens of a file. Out: [`Lexeme`]s without blanks and comments, and the diagnostics about single tokens.
+//! A token that is wrong but whose meaning is plain (`1.`, `−`, an unclosed text) is handed on mended, so that
+//! nothing further is said about it.
+
+use super::tokens::{Token, TokenKind};
+use crate::diagnostics::{Diagnostic, codes};
+use crate::source::{FileId, Span};
+
+/// What a lexeme is, as far as finding the entries needs to know.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LexemeKind {
+    Word,
+    /// One of the reserved words, where it is not a name by its place (before a `:`, after a `.`).
+    Keyword,
+    Number,
+    Text,
+    Open(Bracket),
+    Close(Bracket),
+    Comma,
+    Colon,
+    /// An operator after which a newline does not end an entry.
+    Operator,
+    /// `?`, `%`, `;`.
+    Mark,
+    /// Was reported and takes no further part.
+    Unknown,
+}
+
+/// The three kinds of brackets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Bracket {
+    Round,
+    Square,
+    Curly,
+}
+
+impl Bracket {
+    /// The closing bracket as written.
+    pub fn closer(self) -> &'static str {
+        match self {
+            Bracket::Round => ")",
+            Bracket::Square => "]",
+            Bracket::Curly => "}",
+        }
+    }
+}
+
+/// A token with its surroundings.
+#[derive(Clone, Debug)]
+pub struct Lexeme {
+    pub kind: LexemeKind,
+    pub start: u32,
+    pub end: u32,
+    /// Only blanks and comments stand before it on its line.
+    pub begins_line: bool,
+    /// The line's number, counted where only newlines outside comments count.
+    pub line: u32,
+    /// Bytes between the start of the line and the line's first lexeme.
+    pub indent: u32,
+    /// The `///` tokens before it: indices `start..end` into the file's doc comments.
+    pub docs: (u32, u32),
+    /// What is to be read in its place.
+    pub mended: Option<String>,
+    /// Its value cannot be known (an unclosed text, a number beyond all numbers); that was said.
+    pub lost: bool,
+}
+
+/// The file as lexemes.
+pub struct Lexed {
+    pub lexemes: Vec<Lexeme>,
+    /// The `///` tokens, in order.
+    pub docs: Vec<Token>,
+    /// An unclosed comment swallowed the rest of the file.
+    pub cut_short: bool,
+}
+
+const KEYWORDS: [&str; 12] =
+    ["and", "or", "not", "if", "then", "else", "for", "in", "with", "where", "usual", "because"];
+
+/// Drops blanks and comments, and says what is wrong with single tokens.
+pub fn lexemes(file: FileId, text: &str, tokens: &[Token], diagnostics: &mut Vec<Diagnostic>) -> Lexed {
+    let mut lexed = Lexed { lexemes: Vec::new(), docs: Vec::new(), cut_short: false };
+    let (mut line, mut line_start, mut indent, mut begins_line) = (0, 0, 0, true);
+    let mut docs_from = 0;
+    let mut foreign_line = None;
+    for token in tokens {
+        let slice = &text[token.start as usize..token.end as usize];
+        let span = Span { file, start: token.start, end: token.end };
+        let (mut mended, mut lost) = (None, false);
+        let kind = match token.kind {
+            TokenKind::Blank | TokenKind::Comment { closed: true } => continue,
+            TokenKind::Newline => {
+                (line, line_start, begins_line) = (line + 1, token.end, true);
+                continue;
+            }
+            TokenKind::Comment { closed: false } => {
+                let opener = Span { end: span.start + 2, ..span };
+                diagnostics.push(
+                    Diagnostic::error(codes::E0105, opener, "this comment is never closed")
+                        .label("the comment begins here")
+                        .help("close it with `*/`; comments nest, so each `/*` needs its own"),
+                );
+                lexed.cut_short = true;
+                continue;
+            }
+            TokenKind::Doc => {
+                lexed.docs.push(*token);
+                continue;
+            }
+            TokenKind::Number | TokenKind::BadNumber => {
+                (mended, lost) = check_number(slice, span, diagnostics);
+                LexemeKind::Number
+            }
+            TokenKind::Word => LexemeKind::Word,
+            TokenKind::Text { closed } => {
+                check_escapes(slice, span, diagnostics);
+                if !closed {
+                    let whole = slice.trim_end();
+                    let end = span.start + whole.len() as u32;
+                    diagnostics.push(
+                        Diagnostic::error(codes::E0104, Span { end, ..span }, "this text is never closed")
+                            .label("a text ends on its line")
+                            .help("close it with `\"`"),
+                    );
+                    (mended, lost) = (Some("\"\"".to_string()), true);
+                }
+                LexemeKind::Text
+            }
+            TokenKind::Punctuation => punctuation(slice),
+            TokenKind::Unknown => {
+                let plain = plain_writing(slice);
+                // The second of two foreign quotes, say, belongs to the first.
+                if plain.is_some() || foreign_line != Some(line) {
+                    let rest = text[token.end as usize..].lines().next().unwrap_or("");
+                    diagnostics.push(unknown(slice, rest, span, plain));
+                    foreign_line = if plain.is_some() { foreign_line } else { Some(line) };
+                }
+                mended = plain.map(str::to_string);
+                plain.map_or(LexemeKind::Unknown, punctuation)
+            }
+        };
+        if begins_line {
+            indent = token.start - line_start;
+        }
+        let docs = (docs_from, lexed.docs.len() as u32);
+        docs_from = docs.1;
+        let (start, end) = (token.start, token.end);
+        lexed.lexemes.push(Lexeme { kind, start, end, begins_line, line, indent, docs, mended, lost });
+        begins_line = false;
+    }
+    name_keywords(text, &mut lexed.lexemes);
+    lexed
+}
+
+/// A reserved word is a keyword unless a `:` follows on its line or a `.` stands before it.
+fn name_keywords(text: &str, lexemes: &mut [Lexeme]) {
+    for i in 0..lexemes.len() {
+        let slice = &text[lexemes[i].start as usize..lexemes[i].end as usize];
+        if lexemes[i].kind != LexemeKind::Word || !KEYWORDS.contains(&slice) {
+            continue;
+        }
+        let colon =
+            lexemes.get(i + 1).is_some_and(|next| next.kind == LexemeKind::Colon && next.line == lexemes[i].line);
+        let dot = i > 0 && lexemes[i - 1].kind == LexemeKind::Operator && {
+            let before = &lexemes[i - 1];
+            &text[before.start as usize..before.end as usize] == "."
+        };
+        if !colon && !dot {
+            lexemes[i].kind = LexemeKind::Keyword;
+        }
+    }
+}
+
+fn punctuation(slice: &str) -> LexemeKind {
+    match slice {
+        "(" => LexemeKind::Open(Bracket::Round),
+        "[" => LexemeKind::Open(Bracket::Square),
+        "{" => LexemeKind::Open(Bracket::Curly),
+        ")" => LexemeKind::Close(Bracket::Round),
+        "]" => LexemeKind::Close(Bracket::Square),
+        "}" => LexemeKind::Close(Bracket::Curly),
+        "," => LexemeKind::Comma,
+        ":" => LexemeKind::Colon,
+        "?" | "%" | ";" => LexemeKind::Mark,
+        _ => LexemeKind::Operator,
+    }
+}
+
+/// Characters that come with text copied from a paper or a word processor, and the plain writing of each.
+fn plain_writing(slice: &str) -> Option<&'static str> {
+    Some(match slice {
+        "−" | "–" | "—" => "-",
+        "×" | "·" | "⋅" => "*",
+        "÷" => "/",
+        "≤" => "<=",
+        "≥" => ">=",
+        "≠" => "!=",
+        "…" => "..",
+        _ => return None,
+    })
+}
+
+/// Quotes of word processors and of other languages.
+const QUOTES: [char; 9] = ['“', '”', '„', '«', '»', '‘', '’', '\'', '`'];
+
+fn unknown(slice: &str, rest: &str, span: Span, plain: Option<&'static str>) -> Diagnostic {
+    // A run of a thousand stray bytes is one mistake; its beginning is enough to recognise it.
+    let mut shown: String = slice.chars().take(8).map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect();
+    if shown.len() < slice.len() && slice.chars().count() > 8 {
+        shown.push('…');
+    }
+    let diagnostic = Diagnostic::error(codes::E0101, span, format!("`{shown}` has no meaning in this language"));
+    match (plain, slice) {
+        (Some(plain), _) => diagnostic.help(format!("write `{plain}`")).suggest(span, plain),
+        (None, s) if s.contains(QUOTES) => {
+            let diagnostic = diagnostic.help("a text stands between straight double quotes: `\"…\"`");
+            match rest.char_indices().find(|(_, c)| QUOTES.contains(c)) {
+                Some((at, quote)) if slice.chars().count() == 1 && !rest[..at].contains('"') => {
+                    let start = span.end + at as u32;
+                    let closing = Span { start, end: start + quote.len_utf8() as u32, ..span };
+                    diagnostic.suggest(span, "\"").suggest(closing, "\"")
+                }
+                _ => diagnostic,
+            }
+        }
+        (None, "°") => diagnostic.help("write `deg`"),
+        (None, "²" | "³") => diagnostic.help("write a power as `^2` or `^3`"),
+        (None, s) if s.starts_with('#') => diagnostic.help("a comment begins with `//`"),
+        (None, s) if s.starts_with('&') => diagnostic.help("write `and`"),
+        (None, "!") => diagnostic.help("write `not`"),
+        _ => diagnostic,
+    }
+}
+
+/// What to read in place of a number that is not well written, and whether its value is lost.
+fn check_number(slice: &str, span: Span, diagnostics: &mut Vec<Diagnostic>) -> (Option<String>, bool) {
+    let plain: String = slice.chars().filter(|&c| c != '_').collect();
+    let (mantissa, exponent) = match plain.find(['e', 'E']) {
+        Some(i) => plain.split_at(i),
+        None => (plain.as_str(), ""),
+    };
+    let (whole, fraction) = mantissa.split_once('.').unwrap_or((mantissa, "0"));
+    let zero = |digits: &str| if digits.is_empty() { "0".to_string() } else { digits.to_string() };
+    if fraction.contains('.') {
+        diagnostics.push(
+            Diagnostic::error(codes::E0112, span, format!("`{slice}` is not a number"))
+                .label("more than one decimal point")
+                .help("write a version or a date as text, between quotes"),
+        );
+        return (Some("0".to_string()), true);
+    }
+    let mended = match mantissa.contains('.') {
+        true => format!("{}.{}{exponent}", zero(whole), zero(fraction)),
+        false => plain.clone(),
+    };
+    let value = mended.parse::<f64>().unwrap_or(f64::INFINITY);
+    let is_zero = !mantissa.contains(|c: char| c.is_ascii_digit() && c != '0');
+    if value.is_infinite() || (value == 0.0 && !is_zero) {
+        let extreme = if value.is_infinite() { "large" } else { "small" };
+        diagnostics.push(
+            Diagnostic::error(codes::E0112, span, format!("this number is too {extreme}"))
+                .note("numbers lie between about 1e-308 and 1e308"),
+        );
+        return (Some("0".to_string()), true);
+    }
+    if mended == slice {
+        return (None, false);
+    }
+    diagnostics.push(
+        Diagnostic::error(codes::E0112, span, format!("`{slice}` is not how a number is written"))
+            .note("a number has digits on both sides of its point, and nothing but digits")
+            .help(format!("write `{mended}`"))
+            .suggest(span, mended.clone()),
+    );
+    (Some(mended), false)
+}
+
+fn check_escapes(slice: &str, span: Span, diagnostics: &mut Vec<Diagnostic>) {
+    let mut chars = slice.char_indices();
+    while let Some((i, c)) = chars.next() {
+        if c != '\\' {
+            continue;
+        }
+        let Some((_, escaped)) = chars.next() else { return };
+        if matches!(escaped, '"' | '\\' | 'n') {
+            continue;
+        }
+        let place =
+            Span { start: span.start + i as u32, end: span.start + (i + 1 + escaped.len_utf8()) as u32, ..span };
+        diagnostics.push(
+            Diagnostic::error(codes::E0116, place, format!("`\\{escaped}` is not an escape"))
+                .note("the escapes are `\\\"`, `\\\\` and `\\n`; paths are written with `/`")
+                .help("write `\\\\` for a backslash")
+                .suggest(place, format!("\\\\{escaped}")),
+        );
+    }
+}
+
+/// The content of a text as written, with its escapes worked out.
+pub fn unescape(written: &str) -> String {
+    let inner = written.strip_prefix('"').unwrap_or(written);
+    let inner = inner.strip_suffix('"').unwrap_or(inner);
+    let mut content = String::with_capacity(inner.len());
+    let mut chars = inner.chars();
+    while let Some(c) = chars.next() {
+        match c {
+            '\\' => match chars.next() {
+                Some('n') => content.push('\n'),
+                Some(other @ ('"' | '\\')) => content.push(other),
+                Some(other) => content.extend(['\\', other]),
+                None => content.push('\\'),
+            },
+            _ => content.push(c),
+        }
+    }
+    content
+}

@@ -1,0 +1,134 @@
+//! Numbers as text, fast and the same on every machine.
+//!
+//! In: a value and a number of decimals. Out: the shortest text of the value rounded to that many decimals: trailing
+//! zeros and an idle point are left out (`12.5`, `0`, `-190`), there is no `-0` and no exponent. A program has a dozen
+//! numbers a point, so the digits come straight from an integer, without the general formatter.
+
+/// The largest magnitude whose every whole number is an `f64`: 2^53. Beyond it a scaled value has no last digit.
+const EXACT: f64 = 9_007_199_254_740_992.0;
+
+/// Powers of ten that are exact in `f64`, one for each number of decimals.
+const POWERS: [f64; 10] = [1.0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9];
+
+/// Most decimals that can be asked for. Single precision, in which a controller stores numbers, carries seven digits.
+pub const MOST_DECIMALS: usize = POWERS.len() - 1;
+
+/// `value * 10^decimals` as a whole number, halves rounded away from zero; `None` when the value is not finite, is too
+/// large for its last decimal to mean anything, or `decimals` exceeds [`MOST_DECIMALS`].
+pub fn scaled(value: f64, decimals: usize) -> Option<i64> {
+    let product = value * POWERS.get(decimals)?;
+    (product.abs() < EXACT).then(|| product.round() as i64)
+}
+
+/// Writes `value` with at most `decimals` decimals; `None`, with nothing written, where [`scaled`] has none.
+pub fn push_fixed(out: &mut Vec<u8>, value: f64, decimals: usize) -> Option<()> {
+    push_scaled(out, scaled(value, decimals)?, decimals);
+    Some(())
+}
+
+/// Writes `scaled / 10^decimals`; `decimals` is at most [`MOST_DECIMALS`].
+pub fn push_scaled(out: &mut Vec<u8>, scaled: i64, decimals: usize) {
+    let mut rest = scaled.unsigned_abs();
+    if rest == 0 {
+        out.push(b'0');
+        return;
+    }
+    let mut decimals = decimals;
+    while decimals > 0 && rest % 10 == 0 {
+        rest /= 10;
+        decimals -= 1;
+    }
+    // Room for the sign, the point and the 19 digits that 2^63 has, filled from the back.
+    let mut text = [0u8; 24];
+    let mut at = text.len();
+    let mut written = 0;
+    while rest > 0 || written <= decimals {
+        if written == decimals && decimals > 0 {
+            at -= 1;
+            text[at] = b'.';
+        }
+        at -= 1;
+        text[at] = b'0' + (rest % 10) as u8;
+        rest /= 10;
+        written += 1;
+    }
+    if scaled < 0 {
+        at -= 1;
+        text[at] = b'-';
+    }
+    out.extend_from_slice(&text[at..]);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn text(value: f64, decimals: usize) -> String {
+        let mut out = Vec::new();
+        push_fixed(&mut out, value, decimals).expect("a number that can be written");
+        String::from_utf8(out).expect("ASCII")
+    }
+
+    /// The general formatter's text with idle zeros, an idle point and the sign of zero taken off.
+    fn oracle(value: f64, decimals: usize) -> String {
+        let full = format!("{value:.decimals$}");
+        let short = if full.contains('.') { full.trim_end_matches('0').trim_end_matches('.') } else { &full };
+        if short == "-0" { "0".into() } else { short.into() }
+    }
+
+    #[test]
+    fn writes_by_hand() {
+        for (value, decimals, expected) in [
+            (0.0, 4, "0"),
+            (-0.0, 4, "0"),
+            (-0.00004, 4, "0"),
+            (-0.00005, 4, "-0.0001"),
+            (0.5, 0, "1"),
+            (-190.0, 4, "-190"),
+            (0.70710678, 8, "0.70710678"),
+            (0.1, 9, "0.1"),
+            (12.345, 3, "12.345"),
+            (0.05, 1, "0.1"),
+            (1000.0, 0, "1000"),
+            (10.01, 2, "10.01"),
+        ] {
+            assert_eq!(text(value, decimals), expected, "{value} to {decimals}");
+        }
+    }
+
+    #[test]
+    fn refuses_what_has_no_digits() {
+        for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e16] {
+            assert_eq!(push_fixed(&mut Vec::new(), value, 4), None);
+        }
+        assert_eq!(push_fixed(&mut Vec::new(), 1.0, MOST_DECIMALS + 1), None);
+    }
+
+    proptest! {
+        #[test]
+        fn agrees_with_the_general_formatter(value in -3000.0..3000.0f64, decimals in 0usize..=9) {
+            // At a tie the product may round across the half; a value within 1e-6 of the last digit's half is left to
+            // the second property.
+            let product = value * POWERS[decimals];
+            prop_assume!(((product - product.floor()) - 0.5).abs() > 1e-6);
+            prop_assert_eq!(text(value, decimals), oracle(value, decimals));
+        }
+
+        #[test]
+        fn never_farther_than_half_the_last_digit(value in -3000.0..3000.0f64, decimals in 0usize..=9) {
+            let read: f64 = text(value, decimals).parse().expect("a number");
+            prop_assert!((read - value).abs() <= (0.5 + 1e-6) / POWERS[decimals]);
+        }
+
+        #[test]
+        fn whole_numbers_come_back(scaled in any::<i64>(), decimals in 0usize..=9) {
+            let mut out = Vec::new();
+            push_scaled(&mut out, scaled, decimals);
+            let text = String::from_utf8(out).expect("ASCII");
+            let (whole, fraction) = text.split_once('.').unwrap_or((&text, ""));
+            let digits = format!("{whole}{fraction:0<decimals$}");
+            prop_assert_eq!(digits.parse::<i128>().expect("digits"), i128::from(scaled));
+        }
+    }
+}

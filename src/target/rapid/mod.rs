@@ -1,0 +1,278 @@
+//! The RAPID emitter: one main module, and chunk modules that it loads one after the other.
+//!
+//! In: `Checked<Motion>` and the job. Out: the program's text. The main module ([`main_module`]) holds everything that
+//! is not path: data, the checks before anything moves, process switching, the loader. The chunks ([`chunk`]) hold the
+//! path and nothing else. A chunk begins and ends lifted off the part at a fine point, since loading stops the robot.
+
+mod chunk;
+mod digest;
+mod main_module;
+mod names;
+mod writing;
+
+pub use digest::digest;
+pub use names::Names;
+
+use crate::diagnostics::Problem;
+use crate::diagnostics::codes::{E0903, E0904, E0905, E0906, E0908, W0906};
+use crate::job::{Job, Process, Rapid, Robot, RobotCell, Target};
+use crate::motion::{Arm, Checked, Motion, Purpose};
+use crate::target::number::{MOST_DECIMALS, scaled};
+use crate::target::{Draft, Program, no_target};
+use rayon::prelude::*;
+use std::ops::Range;
+use writing::{Decimals, degrees, millimetres};
+
+/// Everything that the writers of the modules look at.
+struct Setup<'a> {
+    /// The job's name.
+    name: &'a str,
+    motion: &'a Motion,
+    arm: Arm,
+    job: &'a Job,
+    rapid: &'a Rapid,
+    robot: &'a Robot,
+    cell: &'a RobotCell,
+    names: Names,
+    decimals: Decimals,
+    digest: String,
+    chunks: Vec<Chunk>,
+}
+
+/// The part of the path that one module holds.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Chunk {
+    /// Indices into `Motion::runs`.
+    runs: Range<usize>,
+    points: Range<usize>,
+}
+
+/// The RAPID program of `motion`. Warnings: `W0906`. Errors: `E0900` to `E0908`.
+pub fn emit(name: &str, motion: &Checked<Motion>, job: &Job) -> Result<(Draft<Program>, Vec<Problem>), Vec<Problem>> {
+    emit_motion(name, motion, job)
+}
+
+/// As [`emit`], for a motion whose checks are not proved by its type.
+fn emit_motion(name: &str, motion: &Motion, job: &Job) -> Result<(Draft<Program>, Vec<Problem>), Vec<Problem>> {
+    let (Some(Target::rapid(rapid)), Some(robot)) = (&job.target, &job.robot) else { return Err(vec![no_target()]) };
+    let Some(cell) = &robot.cell else { return Err(vec![no_target()]) };
+    let names = Names::new(rapid, motion.purpose);
+    let mut problems = names.check(rapid, cell);
+    problems.extend(profile(rapid, motion));
+    if let Process::signals(signals) = &cell.process {
+        // RAPID's WaitDI takes a time limit above zero.
+        for (i, input) in signals.inputs.iter().enumerate().filter(|(_, input)| !(input.wait_at_most.0 > 0.0)) {
+            problems.push(Problem::error(
+                E0905,
+                format!("robot.cell.process.inputs.{i}.wait_at_most"),
+                format!("the wait for `{}` has no time", input.name),
+            ));
+        }
+    }
+    if !problems.is_empty() {
+        return Err(problems);
+    }
+    let decimals = Decimals::of(job);
+    let warnings = segment_times(motion, rapid, decimals)?;
+    let mut setup = Setup {
+        name,
+        motion,
+        arm: Arm::new(robot).map_err(|problem| vec![problem])?,
+        job,
+        rapid,
+        robot,
+        cell,
+        names,
+        decimals,
+        digest: digest(motion, job),
+        chunks: Vec::new(),
+    };
+    let runs: Vec<Vec<u8>> = (0..motion.runs.len())
+        .into_par_iter()
+        .map(|r| chunk::run(&setup, r))
+        .collect::<Result<_, _>>()
+        .map_err(|p| vec![p])?;
+    setup.chunks = pack(&setup, &runs)?;
+    let mut files = vec![main_module::write(&setup)?];
+    let mut runs = runs.into_iter();
+    for index in 0..setup.chunks.len() {
+        // Each run's text is freed once it stands in its module, so that a large program is not held twice.
+        let parts = runs.by_ref().take(setup.chunks[index].runs.len());
+        files.push(chunk::module(&setup, index, parts));
+    }
+    Ok((Draft(Program { files }), warnings))
+}
+
+/// Whether the controller's profile makes sense and the job fits it.
+fn profile(rapid: &Rapid, motion: &Motion) -> Vec<Problem> {
+    let controller = &rapid.controller;
+    let mut problems = Vec::new();
+    for (field, value, from) in [
+        ("position_decimals", controller.position_decimals, 3),
+        ("quaternion_decimals", controller.quaternion_decimals, 6),
+        ("speed_decimals", controller.speed_decimals, 0),
+    ] {
+        if !(from..=MOST_DECIMALS as i64).contains(&value) {
+            problems.push(
+                Problem::error(
+                    E0908,
+                    format!("target.controller.{field}"),
+                    format!("a program cannot have {value} decimals here; {from} to {MOST_DECIMALS} are possible"),
+                )
+                .note(
+                    "rounding must leave contact points within 1 um and normals within 0.001 deg: that takes 3 decimals of a \
+                     coordinate in mm and 6 of a quaternion",
+                ),
+            );
+        }
+    }
+    let points = motion.position.len();
+    if i64::try_from(points).unwrap_or(i64::MAX) > controller.most_points {
+        problems.push(
+            Problem::error(
+                E0904,
+                "target.controller.most_points",
+                format!(
+                    "the path has {points} points, more than the {} that the controller's profile allows",
+                    controller.most_points
+                ),
+            )
+            .help("take a longer `path.point_step` or `path.line_pitch`, or raise `most_points`"),
+        );
+    }
+    problems
+}
+
+/// The time of every move on the part against the least that the controller takes: warnings, or the error of the
+/// shortest.
+fn segment_times(motion: &Motion, rapid: &Rapid, decimals: Decimals) -> Result<Vec<Problem>, Vec<Problem>> {
+    let (least, usual) = (rapid.controller.segment_time_least.0, rapid.controller.segment_time_usual.0);
+    let mut shortest = (f64::INFINITY, 0);
+    let mut below_usual = 0;
+    for line in &motion.timed.path.lines {
+        for i in line.points.clone().skip(1) {
+            let [a, b] = [motion.position[i - 1], motion.position[i]];
+            // As written: rounding moves short segments most.
+            let step = |k: usize| {
+                let written = |v: f64| scaled(v * 1e3, decimals.position).unwrap_or(i64::MAX);
+                written(b[k]).saturating_sub(written(a[k])) as f64 / libm::pow(10.0, decimals.position as f64) * 1e-3
+            };
+            let length = (step(0) * step(0) + step(1) * step(1) + step(2) * step(2)).sqrt();
+            let time = length / motion.timed.speed[i];
+            below_usual += usize::from(time < usual);
+            // A time that is no number counts as the shortest.
+            if !(time >= shortest.0) {
+                shortest = (time, i);
+            }
+        }
+    }
+    let (time, at) = shortest;
+    if below_usual == 0 {
+        return Ok(Vec::new());
+    }
+    let [x, y, _] = millimetres(motion.timed.path.points.position(at));
+    let place = format!("x = {x:.3}, y = {y:.3} mm");
+    let help = "take a longer `path.point_step`, or a lower upper end of `dwell.feed`";
+    if !(time >= least) {
+        return Err(vec![
+            Problem::error(
+                E0906,
+                "path.point_step",
+                format!(
+                    "the move to point {} of {} ({place}) takes {:.2} ms, less than the {:.2} ms that the controller needs",
+                    at + 1,
+                    motion.position.len(),
+                    time * 1e3,
+                    least * 1e3
+                ),
+            )
+            .note("a controller that cannot plan ahead stops at a point that it should pass, and the tool dwells there")
+            .help(help),
+        ]);
+    }
+    Ok(vec![
+        Problem::warning(
+            W0906,
+            "path.point_step",
+            format!(
+                "{below_usual} moves take less than {:.2} ms, the shortest {:.2} ms ({place})",
+                usual * 1e3,
+                time * 1e3
+            ),
+        )
+        .help(help),
+    ])
+}
+
+/// Runs gathered into modules: as many as fit the limits of points and bytes, in order.
+fn pack(setup: &Setup, runs: &[Vec<u8>]) -> Result<Vec<Chunk>, Vec<Problem>> {
+    let limit = |value: i64| usize::try_from(value).unwrap_or(0);
+    let most_points = limit(setup.rapid.controller.module_points);
+    let most_bytes = limit(setup.rapid.controller.module_bytes).saturating_sub(chunk::FRAME_BYTES);
+    let mut chunks: Vec<Chunk> = Vec::new();
+    let mut bytes = 0;
+    for (r, (run, text)) in setup.motion.runs.iter().zip(runs).enumerate() {
+        for (field, size, most, what) in [
+            ("module_points", run.points.len(), most_points, "points"),
+            ("module_bytes", text.len(), most_bytes, "bytes"),
+        ] {
+            if size > most {
+                return Err(vec![
+                    Problem::error(
+                        E0903,
+                        format!("target.controller.{field}"),
+                        format!("run {} needs {size} {what}, more than the {most} that fit into one module", r + 1),
+                    )
+                    .note("a module ends only where the tool is lifted off the part")
+                    .help(format!(
+                        "raise `{field}` if the controller takes larger modules, or take a longer `path.point_step`"
+                    )),
+                ]);
+            }
+        }
+        match chunks.last_mut() {
+            Some(last) if last.points.len() + run.points.len() <= most_points && bytes + text.len() <= most_bytes => {
+                last.runs.end = r + 1;
+                last.points.end = run.points.end;
+                bytes += text.len();
+            }
+            _ => {
+                chunks.push(Chunk { runs: r..r + 1, points: run.points.clone() });
+                bytes = text.len();
+            }
+        }
+    }
+    Ok(chunks)
+}
+
+impl Setup<'_> {
+    /// Height of the tool centre point over the planned contact point, metres.
+    fn lift(&self) -> f64 {
+        match self.motion.purpose {
+            Purpose::Polish => 0.0,
+            Purpose::DryRun => self.cell.travel.height.0,
+        }
+    }
+
+    /// The time that a move between two joint poses gets, so that no joint needs more than the cell's share of its rated
+    /// speed, seconds, rounded up to a millisecond. At least 0.1 s: a time of nothing is no time, and the arm's own
+    /// acceleration makes short moves longer anyhow.
+    fn joint_move_time(&self, changes: impl Fn(usize) -> f64) -> f64 {
+        let mut time = 0.1_f64;
+        for (j, joint) in self.robot.joints.iter().enumerate() {
+            time = time.max(changes(j).abs() / (self.cell.joint_move_speed * joint.speed.0));
+        }
+        (time * 1e3).ceil() * 1e-3
+    }
+
+    /// `[v,orientation speed,5000,1000]`, the speed in m/s. The last two belong to external axes, which are not there.
+    fn speeddata(&self, speed: f64) -> Option<String> {
+        let mut out = b"[".to_vec();
+        crate::target::number::push_fixed(&mut out, speed * 1e3, self.decimals.speed)?;
+        out.push(b',');
+        let orientation = degrees(self.rapid.controller.orientation_speed.0);
+        crate::target::number::push_fixed(&mut out, orientation, self.decimals.speed)?;
+        out.extend_from_slice(b",5000,1000]");
+        String::from_utf8(out).ok()
+    }
+}

@@ -1,0 +1,157 @@
+//! The proof of a RAPID program: its text against the plan and the job.
+//!
+//! In: the files of a program, from the emitter or from a disk. Out: what differs. Everything is read from the text by
+//! [`reader`]; the emitter's data are not used. [`main_module`] compares the data and statements that are not path,
+//! [`path`] replays the moves as the controller would.
+
+mod lexer;
+mod main_module;
+mod moves;
+mod path;
+mod reader;
+mod routines;
+mod statements;
+mod syntax;
+mod values;
+
+use crate::diagnostics::Problem;
+use crate::diagnostics::codes::{self, E1000, E1002};
+use crate::job::{Job, Rapid, Robot, RobotCell};
+use crate::motion::{Arm, Motion, Purpose};
+use crate::target::rapid::Names;
+use crate::target::{Program, ProgramFile};
+use rayon::prelude::*;
+use syntax::Module;
+
+/// Differences that are described one by one; more of them say nothing new, and are counted.
+pub const MOST_DIFFERENCES: usize = 10;
+
+/// What a program is compared with.
+struct Wanted<'a> {
+    motion: &'a Motion,
+    job: &'a Job,
+    rapid: &'a Rapid,
+    robot: &'a Robot,
+    cell: &'a RobotCell,
+    arm: Arm,
+    names: Names,
+    digest: String,
+}
+
+/// Differences found: the first ones, and how many there were.
+#[derive(Default)]
+struct Findings {
+    first: Vec<Problem>,
+    count: usize,
+}
+
+impl Findings {
+    /// Notes a difference; its words are made only if they will be shown.
+    fn add(&mut self, problem: impl FnOnce() -> Problem) {
+        self.count += 1;
+        if self.first.len() < MOST_DIFFERENCES {
+            self.first.push(problem());
+        }
+    }
+
+    fn join(&mut self, other: Findings) {
+        self.count += other.count;
+        let room = MOST_DIFFERENCES.saturating_sub(self.first.len());
+        self.first.extend(other.first.into_iter().take(room));
+    }
+
+    fn into_problems(mut self) -> Vec<Problem> {
+        if self.count > self.first.len() {
+            if let Some(last) = self.first.last_mut() {
+                let more = self.count - MOST_DIFFERENCES;
+                last.notes.push(format!(
+                    "{more} more {} not shown",
+                    if more == 1 { "difference is" } else { "differences are" }
+                ));
+            }
+        }
+        self.first
+    }
+}
+
+/// What differs between `program` and the plan; see [`crate::verify::check`].
+pub fn check(program: &Program, motion: &Motion, job: &Job, rapid: &Rapid, robot: &Robot) -> Vec<Problem> {
+    let Some(cell) = &robot.cell else {
+        return vec![Problem::error(E1002, "robot.cell", "the robot has no cell to compare a program with")];
+    };
+    let arm = match Arm::new(robot) {
+        Ok(arm) => arm,
+        Err(problem) => return vec![problem],
+    };
+    let names = Names::new(rapid, motion.purpose);
+    let digest = crate::target::rapid::digest(motion, job);
+    let wanted = Wanted { motion, job, rapid, robot, cell, arm, names, digest };
+    let mut findings = Findings::default();
+    let file = |module: &str| -> Option<&ProgramFile> {
+        let name = wanted.names.file(module);
+        program.files.iter().find(|file| file.name.eq_ignore_ascii_case(&name))
+    };
+    let Some(main_file) = file(&wanted.names.module) else {
+        return vec![missing_file(&wanted, &wanted.names.module)];
+    };
+    let main = match reader::read(&main_file.bytes) {
+        Ok(module) => module,
+        Err(fault) => return vec![unreadable(main_file, &fault)],
+    };
+    // As many modules as are called, or as are given: what is missing on one side is then found on the other.
+    let calls = |routine: &syntax::Routine| {
+        routine.body.iter().filter(|statement| matches!(statement.what, syntax::What::LateCall(_))).count()
+    };
+    let called = main.routines.iter().map(calls).max().unwrap_or(0);
+    let chunks = called.max(program.files.len() - 1).max(1);
+    let modules: Vec<String> = (0..chunks).map(|k| wanted.names.chunk_module(k)).collect();
+    let mut files: Vec<&ProgramFile> = Vec::with_capacity(chunks);
+    for module in &modules {
+        match file(module) {
+            Some(file) => files.push(file),
+            None => findings.add(|| missing_file(&wanted, module)),
+        }
+    }
+    for file in &program.files {
+        if !std::ptr::eq(file, main_file) && !files.iter().any(|known| std::ptr::eq(*known, file)) {
+            findings.add(|| {
+                let (name, module) = (file.name.escape_default(), &wanted.names.module);
+                Problem::error(E1002, "target.module", format!("`{name}` is not a file of the program `{module}`"))
+                    .help("give the main module and all modules that it loads, and nothing else")
+            });
+        }
+    }
+    if findings.count > 0 {
+        return findings.into_problems();
+    }
+    // The main module first: the moves are replayed with the tool and the work object that it declares.
+    let frames = main_module::check(&wanted, &main_file.name, &main, chunks, &mut findings);
+    path::check(&wanted, &main, &frames, &files, &mut findings);
+    findings.into_problems()
+}
+
+/// Reads the modules of the path in parallel, in order.
+fn read_all(files: &[&ProgramFile]) -> Vec<Result<Module, Problem>> {
+    files.par_iter().map(|file| reader::read(&file.bytes).map_err(|fault| unreadable(file, &fault))).collect()
+}
+
+fn missing_file(wanted: &Wanted, module: &str) -> Problem {
+    let name = wanted.names.file(module);
+    let purpose = match wanted.motion.purpose {
+        Purpose::Polish => "polishing program",
+        Purpose::DryRun => "dry run",
+    };
+    Problem::error(E1002, "target.module", format!("the file `{name}` of the {purpose} is missing"))
+        .help("give the main module and all modules that it loads")
+}
+
+fn unreadable(file: &ProgramFile, fault: &lexer::Fault) -> Problem {
+    let message = format!("`{}` line {}: {}", file.name.escape_default(), fault.line, fault.message);
+    Problem::error(E1000, "target", message)
+        .note("only the part of RAPID that the compiler writes, and the same written in other words, can be proved")
+}
+
+/// A problem at a line of a program file.
+fn at(file: &str, line: u32, code: codes::Code, field: &str, what: String) -> Problem {
+    Problem::error(code, field, format!("`{}` line {line}: {what}", file.escape_default()))
+}

@@ -1,0 +1,102 @@
+//! What several tests share: the tree's files from memory, and data made for the tests.
+#![allow(dead_code, reason = "each test crate uses its own part")]
+#![allow(clippy::disallowed_methods, reason = "tests read the tree's own files")]
+
+use polishc::metrology::metropro::{self, Settings};
+use polishc::metrology::npy;
+use polishc::source::{FileError, FileProvider, normalise};
+use std::collections::BTreeMap;
+
+/// The files of the working tree, and generated data under any folder, by name. `extra` comes first.
+#[derive(Default)]
+pub struct TestFiles {
+    pub extra: BTreeMap<String, Vec<u8>>,
+}
+
+impl FileProvider for TestFiles {
+    fn read(&self, path: &str, limit: u64) -> Result<Vec<u8>, FileError> {
+        let name = path.rsplit('/').next().unwrap_or(path);
+        let bytes = match self.extra.get(path).cloned().or_else(|| generated(name)) {
+            Some(bytes) => bytes,
+            None => std::fs::read(path).map_err(|_| FileError::NotFound)?,
+        };
+        let size = bytes.len() as u64;
+        if size > limit { Err(FileError::TooLarge { size, limit }) } else { Ok(bytes) }
+    }
+
+    fn resolve(&self, from: &str, path: &str) -> Result<String, FileError> {
+        let whole = normalise(from, path).ok_or(FileError::Outside)?;
+        // Each folder of fixtures is a project of its own.
+        let folder = from.rsplit_once('/').map_or("", |(folder, _)| folder);
+        if from.is_empty() || whole.starts_with(folder) { Ok(whole) } else { Err(FileError::Outside) }
+    }
+}
+
+/// Pixels of the generated maps, 1 mm each: 60 x 60, centred on the part's origin.
+pub const SIZE: usize = 60;
+
+/// Height in metres at a place of the part in metres: a tilted saddle with one bump, about 100 nm.
+pub fn height(x: f64, y: f64) -> f64 {
+    let d2 = (x - 0.008) * (x - 0.008) + (y - 0.005) * (y - 0.005);
+    1e-6 * x - 5e-5 * (x * x - y * y) + 60e-9 * (-d2 / (2.0 * 0.004 * 0.004)).exp()
+}
+
+fn picture(valid: impl Fn(f64, f64) -> bool) -> Vec<f64> {
+    let mut values = Vec::with_capacity(SIZE * SIZE);
+    for row in 0..SIZE {
+        for column in 0..SIZE {
+            let x = (column as f64 - (SIZE - 1) as f64 / 2.0) * 1e-3;
+            let y = ((SIZE - 1) as f64 / 2.0 - row as f64) * 1e-3;
+            values.push(if valid(x, y) { height(x, y) } else { f64::NAN });
+        }
+    }
+    values
+}
+
+fn metropro(heights: Vec<f64>) -> Vec<u8> {
+    let settings = Settings { header_format: 1, phase_resolution: 1, ..Settings::fizeau(1e-3) };
+    metropro::write(SIZE, &heights, &settings).expect("heights that fit the format")
+}
+
+fn numpy(values: &[f64]) -> Vec<u8> {
+    npy::write(SIZE, values).expect("whole rows")
+}
+
+/// Data that fixtures name.
+fn generated(name: &str) -> Option<Vec<u8>> {
+    let everywhere = |_: f64, _: f64| true;
+    let disc = |x: f64, y: f64| x * x + y * y < 0.029 * 0.029;
+    Some(match name {
+        // A good map of a 58 mm disc.
+        "good.dat" => metropro(picture(disc)),
+        // The same as numbers in nanometres, with no scale in the file.
+        "good.npy" => numpy(&picture(disc).iter().map(|h| h * 1e9).collect::<Vec<_>>()),
+        "all_nan.npy" => numpy(&vec![f64::NAN; SIZE * SIZE]),
+        "cube.npy" => {
+            let mut bytes = numpy(&picture(everywhere));
+            let text = String::from_utf8_lossy(&bytes[..128]).into_owned();
+            let at = text.find("(60, 60)").expect("the shape stands in the header");
+            bytes[at..at + 8].copy_from_slice(b"(60,6,1)");
+            bytes
+        }
+        // A hole of 10 mm in the middle of the aperture.
+        "hole.dat" => metropro(picture(|x, y| disc(x, y) && x * x + y * y > 0.005 * 0.005)),
+        // A hole of three pixels.
+        "speck.dat" => metropro(picture(|x, y| disc(x, y) && (x * x + y * y) > 0.001 * 0.001)),
+        // Only a 20 mm disc was seen.
+        "small.dat" => metropro(picture(|x, y| x * x + y * y < 0.010 * 0.010)),
+        // The disc stands 9 mm off the middle of the picture.
+        "off_centre.dat" => metropro(picture(|x, y| (x - 0.009) * (x - 0.009) + y * y < 0.020 * 0.020)),
+        "empty.dat" => Vec::new(),
+        "truncated.dat" => metropro(picture(disc))[..5000].to_vec(),
+        "short_header.dat" => metropro(picture(disc))[..300].to_vec(),
+        "lying.dat" => {
+            // The width of the phase block says 30,000 columns.
+            let mut bytes = metropro(picture(disc));
+            bytes[68..70].copy_from_slice(&30_000_i16.to_be_bytes());
+            bytes
+        }
+        "noise.dat" => (0..4096_u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 24) as u8).collect(),
+        _ => return None,
+    })
+}

@@ -1,0 +1,1 @@
+//! Mistakes: each said once, in order, with its mend.

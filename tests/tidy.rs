@@ -1,0 +1,148 @@
+//! What must agree across the tree: the direction of the modules, the table of codes, the pages, the tests of each code.
+#![allow(clippy::disallowed_methods, reason = "this test reads the source tree")]
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Every module and those that it may use: the arrows of docs/dev/architecture.md.
+const LAYERS: &[(&str, &[&str])] = &[
+    ("source", &[]),
+    ("units", &[]),
+    ("diagnostics", &["source"]),
+    ("syntax", &["source", "diagnostics"]),
+    ("job", &["source", "units"]),
+    ("check", &["source", "units", "diagnostics", "syntax"]),
+    ("eval", &["source", "units", "diagnostics", "syntax", "check", "job"]),
+    ("workpiece", &["units", "diagnostics", "job"]),
+    ("metrology", &["units", "diagnostics", "job", "workpiece"]),
+    ("tool", &["units", "diagnostics", "job", "workpiece", "metrology"]),
+    ("path", &["units", "diagnostics", "job", "workpiece"]),
+    ("dwell", &["units", "diagnostics", "job", "workpiece", "metrology", "tool", "path"]),
+    ("motion", &["units", "diagnostics", "job", "workpiece", "path", "dwell"]),
+    ("target", &["units", "diagnostics", "job", "path", "dwell", "motion"]),
+    ("verify", &["units", "diagnostics", "job", "path", "dwell", "motion", "target"]),
+    ("report", &["units", "diagnostics", "job", "eval", "metrology", "tool", "path", "dwell", "motion", "target"]),
+];
+
+fn rust_files(folder: &Path) -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    let mut todo = vec![folder.to_path_buf()];
+    while let Some(path) = todo.pop() {
+        if path.is_dir() {
+            todo.extend(fs::read_dir(&path).expect("a readable folder").map(|e| e.expect("an entry").path()));
+        } else if path.extension().is_some_and(|e| e == "rs") {
+            found.push(path);
+        }
+    }
+    found.sort();
+    found
+}
+
+#[test]
+fn modules_use_only_what_stands_before_them() {
+    let layers: BTreeMap<&str, &[&str]> = LAYERS.iter().copied().collect();
+    let mut wrong = Vec::new();
+    for file in rust_files(Path::new("src")) {
+        let inner = file.strip_prefix("src").expect("under src");
+        let first = inner.components().next().expect("a name").as_os_str().to_string_lossy().replace(".rs", "");
+        let Some(allowed) = layers.get(first.as_str()) else {
+            assert!(
+                ["lib", "main", "cli", "session"].contains(&first.as_str()),
+                "module `{first}` is missing in the layers of this test"
+            );
+            continue;
+        };
+        let text = fs::read_to_string(&file).expect("a readable file");
+        // Tests may use what they like.
+        let code = text.split("#[cfg(test)]").next().unwrap_or("");
+        for (i, line) in code.lines().enumerate() {
+            let mut rest = line.split("//").next().unwrap_or("");
+            while let Some(at) = rest.find("crate::") {
+                rest = &rest[at + 7..];
+                let word: String = rest.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect();
+                if !word.is_empty() && word != first && !allowed.contains(&word.as_str()) {
+                    wrong.push(format!("{}:{}: `{first}` may not use `{word}`", file.display(), i + 1));
+                }
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn every_code_has_a_page_a_title_and_a_test() {
+    let codes: BTreeSet<String> = polishc::diagnostics::Code::all().map(|c| c.as_str().to_string()).collect();
+    let pages: BTreeSet<String> = fs::read_dir("docs/errors")
+        .expect("docs/errors")
+        .map(|e| e.expect("an entry").path().file_stem().expect("a name").to_string_lossy().into_owned())
+        .filter(|name| name != "README")
+        .collect();
+    assert_eq!(codes, pages, "codes and pages differ");
+    for code in polishc::diagnostics::Code::all() {
+        let first = code.page().lines().next().unwrap_or("");
+        assert!(first.starts_with(&format!("# {code}: ")), "page of {code} opens with `{first}`");
+        assert!(!code.title().is_empty() && !code.title().ends_with('.'), "title of {code}");
+        assert!(code.page().lines().count() >= 4, "the page of {code} says too little");
+    }
+    let mut shown = String::new();
+    for folder in ["tests/snapshots", "tests/cli"] {
+        for entry in fs::read_dir(folder).expect("a folder of snapshots") {
+            let path = entry.expect("an entry").path();
+            shown.push_str(&fs::read_to_string(path).unwrap_or_default());
+        }
+    }
+    let untested: Vec<&String> = codes.iter().filter(|c| !shown.contains(&format!("[{c}]"))).collect();
+    assert!(untested.is_empty(), "no ui file or command line case shows: {untested:?}");
+}
+
+#[test]
+fn every_code_is_raised() {
+    let mut code_text = String::new();
+    for file in rust_files(Path::new("src")) {
+        if !file.ends_with("codes.rs") {
+            code_text.push_str(&fs::read_to_string(&file).expect("a readable file"));
+        }
+    }
+    let silent: Vec<_> = polishc::diagnostics::Code::all().filter(|c| !code_text.contains(c.as_str())).collect();
+    assert!(silent.is_empty(), "no code raises {silent:?}");
+}
+
+#[test]
+fn every_snapshot_has_its_file() {
+    let mut orphans = Vec::new();
+    for entry in fs::read_dir("tests/snapshots").expect("tests/snapshots") {
+        let path = entry.expect("an entry").path();
+        let text = fs::read_to_string(&path).expect("a readable snapshot");
+        if let Some(line) = text.lines().find(|l| l.starts_with("input_file: ")) {
+            let input = line.trim_start_matches("input_file: ").trim_matches('"');
+            if !Path::new(input).exists() {
+                orphans.push(format!("{}: {input}", path.display()));
+            }
+        }
+    }
+    assert!(orphans.is_empty(), "snapshots without a source: {orphans:?}");
+}
+
+#[test]
+fn the_project_names_no_path_of_one_machine() {
+    let mut todo: Vec<PathBuf> =
+        ["src", "docs", "stdlib", "examples", "tests", "grammar", "benches", "README.md", "CHANGELOG.md", "Cargo.toml"]
+            .iter()
+            .map(PathBuf::from)
+            .collect();
+    let mut wrong = Vec::new();
+    while let Some(path) = todo.pop() {
+        if path.is_dir() {
+            todo.extend(fs::read_dir(&path).expect("a readable folder").map(|e| e.expect("an entry").path()));
+        } else if let Ok(text) = fs::read_to_string(&path) {
+            // Written in two parts, so that this file does not find itself.
+            for word in [concat!("/wo", "rk/"), concat!("/tm", "p/"), concat!("/ro", "ot/"), concat!("/ho", "me/")] {
+                if text.contains(word) {
+                    wrong.push(format!("{}: {word}", path.display()));
+                }
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
