@@ -195,11 +195,8 @@ fn build(
     let timings = Timings::new();
     let disk = Disk::new(file, common.allow_outside);
     let programs = emit.is_empty() || emit.contains(&Emit::Program);
-    let until = if programs {
-        Until::Program
-    } else {
-        emit.iter().map(|form| until_of(*form)).max().unwrap_or(Until::Program)
-    };
+    let until =
+        if programs { Until::Program } else { emit.iter().map(|form| until_of(*form)).max().unwrap_or(Until::Program) };
     let mut done = session::compile(&disk, &request(common, file, job, set, purpose, until), &timings);
     if done.failed() {
         show(common, &done.sources, &done.diagnostics);
@@ -344,17 +341,14 @@ fn tell(planned: &Planned, folder: &Path, files: &[(String, Vec<u8>)]) {
 
 fn hours(seconds: f64) -> String {
     let minutes = (seconds / 60.0).round() as u64;
-    if minutes >= 60 { format!("{} h {} min", minutes / 60, minutes % 60) } else { format!("{:.1} min", seconds / 60.0) }
+    if minutes >= 60 {
+        format!("{} h {} min", minutes / 60, minutes % 60)
+    } else {
+        format!("{:.1} min", seconds / 60.0)
+    }
 }
 
-fn verify(
-    common: &Common,
-    programs: &[PathBuf],
-    file: &Path,
-    name: Option<&str>,
-    set: &[String],
-    purpose: For,
-) -> u8 {
+fn verify(common: &Common, programs: &[PathBuf], file: &Path, name: Option<&str>, set: &[String], purpose: For) -> u8 {
     let timings = Timings::new();
     let disk = Disk::new(file, common.allow_outside);
     let mut done = session::compile(&disk, &request(common, file, name, set, purpose, Until::Motion), &timings);
@@ -367,6 +361,7 @@ fn verify(
         match std::fs::read(path) {
             Ok(bytes) => program.files.push(crate::target::ProgramFile {
                 name: path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default(),
+                points: 0,
                 bytes,
             }),
             Err(error) => {
@@ -411,11 +406,12 @@ fn inspect(common: &Common, files: &[PathBuf], json: bool, unit: Option<&str>, p
         let disk = Disk::new(file, true);
         match session::inspect(&disk, &file.to_string_lossy(), unit, pixel) {
             Ok(found) => {
-                let found = serde_json::to_value(&found).unwrap_or_default();
                 if json {
-                    say(&found.to_string());
+                    // The struct itself, not a map of it: the order of the keys is part of the format.
+                    say(&serde_json::to_string(&found).unwrap_or_default());
                     continue;
                 }
+                let found = serde_json::to_value(&found).unwrap_or_default();
                 say(&format!("{}", file.display()));
                 for (key, value) in found.as_object().into_iter().flatten() {
                     say(&format!("  {key:<16} {}", value.to_string().trim_matches('"')));
