@@ -250,7 +250,7 @@ impl Passes<'_> {
         let (draft, warnings) = target::emit(&self.planned.name, checked, &job)?;
         self.said.extend(warnings);
         self.watch.pass("verify");
-        let program = verify::verify(draft, &self.planned.name, checked, &job)?;
+        let program = verify::verify(draft, checked, &job)?;
         self.planned.program = Some(program);
         Ok(())
     }
@@ -307,7 +307,7 @@ fn speed_step(controller: Option<&job::Controller>) -> f64 {
 pub fn verify(done: &mut Compilation, program: &Program) {
     let Some(planned) = done.jobs.first() else { return };
     let problems = match &planned.motion {
-        Some(checked) => verify::check(program, &planned.name, checked, &planned.job),
+        Some(checked) => verify::check(program, checked, &planned.job),
         None => vec![target::no_target()],
     };
     let found: Vec<Diagnostic> = problems.into_iter().map(|problem| in_text(problem, &planned.origins)).collect();

@@ -466,7 +466,7 @@ fn hand_edits_that_do_not_matter_are_accepted() {
     };
     let all_files = |edit: &dyn Fn(&str) -> String| Program {
         files: (0..p.files.len())
-            .map(|i| ProgramFile { name: p.files[i].name.clone(), bytes: edit(&text(p, i)).into_bytes() })
+            .map(|i| ProgramFile { name: p.files[i].name.clone(), bytes: edit(&text(p, i)).into_bytes(), points: 0 })
             .collect(),
     };
     for (name, edited) in [

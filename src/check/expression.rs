@@ -34,9 +34,7 @@ impl Checker<'_> {
     fn unconformed(&mut self, place: Place, expr: &Expr, want: Option<&Want>) -> Typed {
         let span = expr.span;
         match &expr.kind {
-            ExprKind::Number(value) => {
-                Typed { span, ty: Type::NUMBER, kind: TypedKind::Number(*value, None) }
-            }
+            ExprKind::Number(value) => Typed { span, ty: Type::NUMBER, kind: TypedKind::Number(*value, None) },
             ExprKind::Quantity { value, unit } => self.quantity(place, *value, unit, span, want),
             ExprKind::Text(text) => match want.map(|want| want.ty.required()) {
                 Some(Type::File) => {
@@ -148,13 +146,17 @@ impl Checker<'_> {
                 }
                 Some(ty) => {
                     let known: Vec<String> = match ty {
-                        Type::Schema(inner) => self.vocabulary.schema(inner).fields.iter().map(|f| f.name.clone()).collect(),
+                        Type::Schema(inner) => {
+                            self.vocabulary.schema(inner).fields.iter().map(|f| f.name.clone()).collect()
+                        }
                         _ => Vec::new(),
                     };
                     let written = self.sources.slice(span).to_string();
                     let diagnostic = match known.first() {
-                        Some(first) => Diagnostic::error(codes::E0217, span, format!("`{written}` is not one result but several"))
-                            .help(format!("write which: `{written}.{first}`")),
+                        Some(first) => {
+                            Diagnostic::error(codes::E0217, span, format!("`{written}` is not one result but several"))
+                                .help(format!("write which: `{written}.{first}`"))
+                        }
                         None => Diagnostic::error(codes::E0217, span, format!("there is no result `{written}`")),
                     };
                     self.say(diagnostic);
@@ -165,8 +167,9 @@ impl Checker<'_> {
                     let names: Vec<String> = fields.iter().map(|field| field.name.clone()).collect();
                     let names = || names.iter().map(String::as_str);
                     let written = self.sources.slice(span).to_string();
-                    let mut diagnostic = Diagnostic::error(codes::E0217, name.span, format!("there is no result `{written}`"))
-                        .note(format!("known here: {}", super::types::listed(names())));
+                    let mut diagnostic =
+                        Diagnostic::error(codes::E0217, name.span, format!("there is no result `{written}`"))
+                            .note(format!("known here: {}", super::types::listed(names())));
                     if let Some(near) = super::similar::nearest(&name.text, names()) {
                         diagnostic = diagnostic.help(format!("did you mean `{near}`?")).suggest(name.span, near);
                     }
@@ -203,7 +206,11 @@ impl Checker<'_> {
                     if number.ty.is_failed() {
                         number
                     } else {
-                        let unit = Typed { span: number.span, ty: Type::Quantity(*dimension), kind: TypedKind::Number(1.0, Some(unit.clone())) };
+                        let unit = Typed {
+                            span: number.span,
+                            ty: Type::Quantity(*dimension),
+                            kind: TypedKind::Number(1.0, Some(unit.clone())),
+                        };
                         let quantity = Typed {
                             span: number.span,
                             ty: unit.ty.clone(),
@@ -363,7 +370,10 @@ impl Checker<'_> {
         let quantity = Type::Quantity;
         let expected: Vec<(Type, &str)> = match function {
             Function::Tangential => {
-                vec![(quantity(Dimension::whole(0, 0, -1, 1)), "angular speed"), (quantity(Dimension::LENGTH), "radius")]
+                vec![
+                    (quantity(Dimension::whole(0, 0, -1, 1)), "angular speed"),
+                    (quantity(Dimension::LENGTH), "radius"),
+                ]
             }
             Function::Arc => vec![(quantity(Dimension::ANGLE), "angle"), (quantity(Dimension::LENGTH), "radius")],
             Function::Sin | Function::Cos | Function::Tan => vec![(quantity(Dimension::ANGLE), "angle")],

@@ -144,8 +144,11 @@ impl Loader<'_> {
         self.out.diagnostics.extend(mistakes);
         let id = ModuleId(self.out.modules.len());
         self.known.insert(path.to_string(), id);
-        let uses: Vec<UsePath> =
-            ast.items.iter().filter_map(|item| if let ItemKind::Use(u) = &item.kind { Some(u.clone()) } else { None }).collect();
+        let uses: Vec<UsePath> = ast
+            .items
+            .iter()
+            .filter_map(|item| if let ItemKind::Use(u) = &item.kind { Some(u.clone()) } else { None })
+            .collect();
         self.out.modules.push(Module { file, path: path.to_string(), library, ast, broken, uses: Vec::new() });
         self.chain.push(id);
         for used in uses {
@@ -168,8 +171,12 @@ impl Loader<'_> {
         if let Some(file) = library::FILES.iter().find(|file| file.module == module) {
             if file.core {
                 self.out.diagnostics.push(
-                    Diagnostic::error(codes::E0203, span, format!("`{written}` is visible everywhere and cannot be used"))
-                        .help("delete this line"),
+                    Diagnostic::error(
+                        codes::E0203,
+                        span,
+                        format!("`{written}` is visible everywhere and cannot be used"),
+                    )
+                    .help("delete this line"),
                 );
                 return None;
             }
@@ -194,8 +201,12 @@ impl Loader<'_> {
         let plain = stem.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_');
         if !plain || !stem.starts_with(|c: char| c.is_ascii_lowercase()) {
             self.out.diagnostics.push(
-                Diagnostic::error(codes::E0204, span, format!("`{said}` cannot be used: its name does not make a name in the language"))
-                    .help("name the file in small letters, digits and `_`, ending in `.polish`: `cell.polish`"),
+                Diagnostic::error(
+                    codes::E0204,
+                    span,
+                    format!("`{said}` cannot be used: its name does not make a name in the language"),
+                )
+                .help("name the file in small letters, digits and `_`, ending in `.polish`: `cell.polish`"),
             );
             return None;
         }
@@ -226,8 +237,7 @@ impl Loader<'_> {
                 Some(Use { name, module: Some(self.file(&path, text, None)), whole: true })
             }
             Err(why) => {
-                let mut diagnostic =
-                    Diagnostic::error(why.code(), span, format!("the file `{said}` {}", why.words()));
+                let mut diagnostic = Diagnostic::error(why.code(), span, format!("the file `{said}` {}", why.words()));
                 diagnostic = match &why {
                     Unusable::File(FileError::Outside) => diagnostic
                         .note("a project is the nearest folder upward with a `polish.toml`, else the job's own folder")
@@ -243,7 +253,9 @@ impl Loader<'_> {
     fn report_circle(&mut self, start: usize, span: Span) {
         let names: Vec<&str> = self.chain[start..].iter().map(|id| self.out.modules[id.0].path.as_str()).collect();
         let diagnostic = match names.as_slice() {
-            [one] => Diagnostic::error(codes::E0209, span, format!("the file `{one}` uses itself")).help("delete this line"),
+            [one] => {
+                Diagnostic::error(codes::E0209, span, format!("the file `{one}` uses itself")).help("delete this line")
+            }
             [first, rest @ ..] => {
                 let way = rest.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", which uses ");
                 let message = format!("the file `{first}` uses itself: it uses {way}, which uses `{first}`");
@@ -268,7 +280,8 @@ impl Loader<'_> {
                 if !self.out.modules[0].broken.is_empty() {
                     continue;
                 }
-                let mut diagnostic = Diagnostic::placeless(codes::E0214, format!("`--set {name}`: the job has no `param {name}`"));
+                let mut diagnostic =
+                    Diagnostic::placeless(codes::E0214, format!("`--set {name}`: the job has no `param {name}`"));
                 if let Some(near) = nearest(name, params.keys().map(String::as_str)) {
                     diagnostic = diagnostic.help(format!("did you mean `{near}`?"));
                 }

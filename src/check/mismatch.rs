@@ -172,7 +172,9 @@ impl Checker<'_> {
             .also(right.0.span, units.describe(b))
             .note(format!("left:  {}", side(units, a)))
             .note(format!("right: {}", side(units, b)));
-        let bare = [(a, b, left), (b, a, right)].into_iter().find(|(have, _, (_, expr))| have.is_number() && literal_number(expr));
+        let bare = [(a, b, left), (b, a, right)]
+            .into_iter()
+            .find(|(have, _, (_, expr))| have.is_number() && literal_number(expr));
         if let Some((_, need, (_, expr))) = bare {
             let unit = usual_unit(need).map_or_else(|| need.si_unit(), str::to_string);
             let mended = format!("{} {unit}", self.sources.slice(expr.span));

@@ -167,7 +167,9 @@ impl<'a> Checker<'a> {
                 if index != 0 {
                     let message = format!("the file `{}` is used by a job and cannot hold a job", module.path);
                     let place = self.sources.name(self.modules[0].file).to_string();
-                    self.say(Diagnostic::error(codes::E0213, name.span, message).help(format!("move it into `{place}`")));
+                    self.say(
+                        Diagnostic::error(codes::E0213, name.span, message).help(format!("move it into `{place}`")),
+                    );
                     continue;
                 }
                 if let Some(first) = jobs.iter().find(|job| job.name == name.text) {

@@ -119,7 +119,9 @@ impl Checker<'_> {
                     }
                     self.say(match known.len() {
                         0 => diagnostic.note("it has no public values"),
-                        _ => diagnostic.note(format!("its public values: {}", listed(known.iter().map(String::as_str)))),
+                        _ => {
+                            diagnostic.note(format!("its public values: {}", listed(known.iter().map(String::as_str))))
+                        }
                     });
                 }
                 Typed::failed(name.span)
@@ -178,7 +180,8 @@ impl Checker<'_> {
         };
         if diagnostic.help.is_none() {
             diagnostic = if self.vocabulary.units.unit(word).is_some() {
-                diagnostic.help(format!("`{word}` is a unit: it follows its number, without blanks inside it: `10 mm/s`"))
+                diagnostic
+                    .help(format!("`{word}` is a unit: it follows its number, without blanks inside it: `10 mm/s`"))
             } else if let Some(module) = usable_module(word) {
                 diagnostic.help(format!("add `use {module}` at the top of the file"))
             } else {

@@ -103,7 +103,8 @@ impl Checker<'_> {
             }
             Type::Failed => Typed::failed(span),
             other => {
-                let message = format!("`with` changes fields of a record, and this is {}", self.vocabulary.in_words(other));
+                let message =
+                    format!("`with` changes fields of a record, and this is {}", self.vocabulary.in_words(other));
                 self.say(Diagnostic::error(codes::E0311, base.span, message));
                 Typed::failed(span)
             }
@@ -111,7 +112,13 @@ impl Checker<'_> {
     }
 
     /// The fields that a block gives, each once and of its type. Entries that `skip` takes are left alone.
-    fn entries(&mut self, place: Place, schema: SchemaId, body: &Block, skip: impl Fn(&Name) -> bool) -> Vec<FieldValue> {
+    fn entries(
+        &mut self,
+        place: Place,
+        schema: SchemaId,
+        body: &Block,
+        skip: impl Fn(&Name) -> bool,
+    ) -> Vec<FieldValue> {
         let mut given: Vec<FieldValue> = Vec::new();
         for entry in &body.entries {
             let (name, value) = match &entry.kind {
@@ -119,7 +126,8 @@ impl Checker<'_> {
                 EntryKind::Field { name, value } => (name, value),
                 EntryKind::Expr(Expr { kind: ExprKind::Missing, .. }) => continue,
                 EntryKind::Expr(expr) => {
-                    let message = format!("a `{}` has fields, and this is not one", self.vocabulary.schema(schema).name);
+                    let message =
+                        format!("a `{}` has fields, and this is not one", self.vocabulary.schema(schema).name);
                     self.say(Diagnostic::error(codes::E0408, expr.span, message).help("write `name: value`"));
                     continue;
                 }
@@ -136,7 +144,9 @@ impl Checker<'_> {
             if let Some(first) = given.iter().find(|f| f.name == field) {
                 let message = format!("the field `{field}` is given twice");
                 let first = first.name_span;
-                self.say(Diagnostic::error(codes::E0403, name.span, message).also(first, "the first one").help("keep one"));
+                self.say(
+                    Diagnostic::error(codes::E0403, name.span, message).also(first, "the first one").help("keep one"),
+                );
                 continue;
             }
             let want = Want { ty, what: format!("`{}`", name.text) };
@@ -169,7 +179,8 @@ impl Checker<'_> {
         let names = || schema.fields.iter().map(|field| field.name.as_str());
         let near = nearest(&name.text, names()).and_then(|near| schema.field(near)).cloned();
         if let Some(near) = &near {
-            diagnostic = diagnostic.help(format!("did you mean `{}`?", near.name)).suggest(name.span, near.name.clone());
+            diagnostic =
+                diagnostic.help(format!("did you mean `{}`?", near.name)).suggest(name.span, near.name.clone());
         }
         diagnostic = match schema.fields.len() {
             0 => diagnostic.note(format!("`{}` has no fields", schema.name)),

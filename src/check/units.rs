@@ -18,7 +18,12 @@ struct Constant {
 
 impl Checker<'_> {
     /// A unit's size and dimension; what is wrong is said.
-    pub(super) fn unit(&mut self, place: Place, unit: &Unit, wanted: Option<Dimension>) -> Option<(UnitUse, Dimension)> {
+    pub(super) fn unit(
+        &mut self,
+        place: Place,
+        unit: &Unit,
+        wanted: Option<Dimension>,
+    ) -> Option<(UnitUse, Dimension)> {
         let (mut above, mut below, mut dimension, mut waves) = (1.0, 1.0, Some(Dimension::NUMBER), 0_i32);
         for (name, power) in &unit.factors {
             let Some(meaning) = self.vocabulary.units.unit(&name.text) else {
@@ -38,7 +43,11 @@ impl Checker<'_> {
             };
             // Numerator and denominator apart: a decimal unit's quotient is then rounded once.
             let raised = libm::pow(size, f64::from(power.unsigned_abs()));
-            if *power < 0 { below *= raised } else { above *= raised }
+            if *power < 0 {
+                below *= raised
+            } else {
+                above *= raised
+            }
             let exponent = Ratio::new(i64::from(*power), 1);
             let part = exponent.and_then(|exponent| meaning.dimension().power(exponent));
             dimension = dimension.zip(part).and_then(|(a, b)| a.times(b));
@@ -78,12 +87,17 @@ impl Checker<'_> {
     }
 
     /// A `unit` item of stdlib.
-    pub(super) fn declare_unit(&mut self, module: ModuleId, name: &Name, ty: Option<&TypeSyntax>, value: Option<&Expr>) {
+    pub(super) fn declare_unit(
+        &mut self,
+        module: ModuleId,
+        name: &Name,
+        ty: Option<&TypeSyntax>,
+        value: Option<&Expr>,
+    ) {
         let meaning = match (ty, value) {
-            (Some(ty), None) => self
-                .resolve_type(module, ty)
-                .dimension()
-                .map(|dimension| UnitMeaning::Fixed { factor: 1.0, dimension }),
+            (Some(ty), None) => {
+                self.resolve_type(module, ty).dimension().map(|dimension| UnitMeaning::Fixed { factor: 1.0, dimension })
+            }
             (_, Some(value)) => self.constant(value).and_then(|constant| match constant.waves {
                 0 => Some(UnitMeaning::Fixed { factor: constant.value, dimension: constant.dimension }),
                 1 => Some(UnitMeaning::Wavelength { factor: constant.value }),

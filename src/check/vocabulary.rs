@@ -143,7 +143,8 @@ impl<'a> Checker<'a> {
     /// expected, so `frame_centre` may be a map's centre and a spot's origin.
     fn is_member_beside(&self, module: ModuleId, schema: &SchemaSyntax) -> bool {
         let Some(family) = &schema.family else { return false };
-        let other = [&self.scopes[module.0], &self.core].into_iter().find_map(|scope| scope.schemas.get(&schema.name.text));
+        let other =
+            [&self.scopes[module.0], &self.core].into_iter().find_map(|scope| scope.schemas.get(&schema.name.text));
         let other = other.and_then(|id| self.vocabulary.schema(*id).family);
         other.is_some_and(|other| self.vocabulary.family(other).name != family.text)
     }
@@ -236,7 +237,9 @@ impl<'a> Checker<'a> {
             let first = *first;
             let message = format!("the name `{}` is defined twice in this file", name.text);
             self.say(
-                Diagnostic::error(codes::E0206, name.span, message).also(first, "the first one").help("choose another name"),
+                Diagnostic::error(codes::E0206, name.span, message)
+                    .also(first, "the first one")
+                    .help("choose another name"),
             );
             return;
         }
@@ -341,14 +344,13 @@ impl<'a> Checker<'a> {
                 let field = &self.vocabulary.schemas[id.0].fields[index];
                 let (ty, what, span) = (field.ty.clone(), format!("`{}`", field.name), field.span);
                 let Some(written) = syntax.fields.iter().find(|f| f.name.span == span) else { continue };
-                let default =
-                    written.default.as_ref().map(|value| self.wanted(place, value, ty.clone(), what.clone()));
+                let default = written.default.as_ref().map(|value| self.wanted(place, value, ty.clone(), what.clone()));
                 let element = ty.element().clone();
-                let restriction =
-                    written.restriction.as_ref().map(|limit| self.limit(place, limit, &element, &what));
-                let usual = written.usual.as_ref().map(|range| {
-                    self.limit(place, &Restriction::Range(range.clone()), &element, &what)
-                });
+                let restriction = written.restriction.as_ref().map(|limit| self.limit(place, limit, &element, &what));
+                let usual = written
+                    .usual
+                    .as_ref()
+                    .map(|range| self.limit(place, &Restriction::Range(range.clone()), &element, &what));
                 let field = &mut self.vocabulary.schemas[id.0].fields[index];
                 (field.default, field.restriction, field.usual) = (default, restriction, usual);
             }

@@ -195,11 +195,8 @@ fn build(
     let timings = Timings::new();
     let disk = Disk::new(file, common.allow_outside);
     let programs = emit.is_empty() || emit.contains(&Emit::Program);
-    let until = if programs {
-        Until::Program
-    } else {
-        emit.iter().map(|form| until_of(*form)).max().unwrap_or(Until::Program)
-    };
+    let until =
+        if programs { Until::Program } else { emit.iter().map(|form| until_of(*form)).max().unwrap_or(Until::Program) };
     let mut done = session::compile(&disk, &request(common, file, job, set, purpose, until), &timings);
     if done.failed() {
         show(common, &done.sources, &done.diagnostics);
@@ -344,17 +341,14 @@ fn tell(planned: &Planned, folder: &Path, files: &[(String, Vec<u8>)]) {
 
 fn hours(seconds: f64) -> String {
     let minutes = (seconds / 60.0).round() as u64;
-    if minutes >= 60 { format!("{} h {} min", minutes / 60, minutes % 60) } else { format!("{:.1} min", seconds / 60.0) }
+    if minutes >= 60 {
+        format!("{} h {} min", minutes / 60, minutes % 60)
+    } else {
+        format!("{:.1} min", seconds / 60.0)
+    }
 }
 
-fn verify(
-    common: &Common,
-    programs: &[PathBuf],
-    file: &Path,
-    name: Option<&str>,
-    set: &[String],
-    purpose: For,
-) -> u8 {
+fn verify(common: &Common, programs: &[PathBuf], file: &Path, name: Option<&str>, set: &[String], purpose: For) -> u8 {
     let timings = Timings::new();
     let disk = Disk::new(file, common.allow_outside);
     let mut done = session::compile(&disk, &request(common, file, name, set, purpose, Until::Motion), &timings);
@@ -368,6 +362,7 @@ fn verify(
             Ok(bytes) => program.files.push(crate::target::ProgramFile {
                 name: path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default(),
                 bytes,
+                points: 0,
             }),
             Err(error) => {
                 done.diagnostics.push(Diagnostic::placeless(

@@ -118,7 +118,8 @@ impl<'a> Files<'a> for View {
 }
 
 fn terminal(sources: &Sources, diagnostics: &[Diagnostic], style: DisplayStyle, colour: bool) -> String {
-    let view = View(sources.iter().map(|(_, name, text)| SimpleFile::new(name.to_string(), text.to_string())).collect());
+    let view =
+        View(sources.iter().map(|(_, name, text)| SimpleFile::new(name.to_string(), text.to_string())).collect());
     let config = Config { display_style: style, tab_width: 4, ..Config::default() };
     let mut text = String::new();
     for diagnostic in diagnostics {
@@ -157,8 +158,7 @@ fn to_codespan(diagnostic: &Diagnostic) -> codespan::Diagnostic<usize> {
         );
     }
     for label in &diagnostic.secondary {
-        labels
-            .push(codespan::Label::secondary(file(label.span.file), range(label)).with_message(label.text.as_str()));
+        labels.push(codespan::Label::secondary(file(label.span.file), range(label)).with_message(label.text.as_str()));
     }
     let mut notes = diagnostic.notes.clone();
     notes.extend(diagnostic.help.iter().map(|help| format!("help: {help}")));

@@ -200,7 +200,8 @@ impl Evaluator<'_> {
                 }
                 if operator == BinaryOp::Divide && b.value == 0.0 {
                     self.say(
-                        Diagnostic::error(codes::E0406, typed.span, "division by zero").also(right.span, "this is zero"),
+                        Diagnostic::error(codes::E0406, typed.span, "division by zero")
+                            .also(right.span, "this is zero"),
                     );
                     return None;
                 }

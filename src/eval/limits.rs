@@ -43,7 +43,8 @@ impl Evaluator<'_> {
         for number in value.numbers() {
             let Some(quantity) = number.as_quantity() else { continue };
             let shown = self.shown(number);
-            if *ty.element() == Type::Integer && (quantity.value.fract() != 0.0 || quantity.value.abs() > LARGEST_WHOLE) {
+            if *ty.element() == Type::Integer && (quantity.value.fract() != 0.0 || quantity.value.abs() > LARGEST_WHOLE)
+            {
                 let message = format!("{what} is {shown}, and must be a whole number");
                 self.say(Diagnostic::error(codes::E0407, number.span, message));
                 good = false;
@@ -102,8 +103,11 @@ impl Evaluator<'_> {
     ) {
         let mut named = BTreeSet::new();
         siblings(line, &mut named);
-        let known: Vec<(&String, &Value)> =
-            named.iter().filter_map(|name| fields.get_key_value(*name)).map(|(name, field)| (name, &field.value)).collect();
+        let known: Vec<(&String, &Value)> = named
+            .iter()
+            .filter_map(|name| fields.get_key_value(*name))
+            .map(|(name, field)| (name, &field.value))
+            .collect();
         if known.iter().any(|(_, value)| value.kind == ValueKind::None) {
             return;
         }
@@ -138,7 +142,14 @@ fn siblings<'t>(typed: &'t Typed, into: &mut BTreeSet<&'t String>) {
             given.iter().for_each(|field| siblings(&field.value, into));
         }
         TypedKind::Record(_, given) => given.iter().for_each(|field| siblings(&field.value, into)),
-        TypedKind::Number(..) | TypedKind::Bool(_) | TypedKind::Text(_) | TypedKind::File(_) | TypedKind::Symbol(_)
-        | TypedKind::None | TypedKind::Global(_) | TypedKind::Result(_) | TypedKind::Failed => {}
+        TypedKind::Number(..)
+        | TypedKind::Bool(_)
+        | TypedKind::Text(_)
+        | TypedKind::File(_)
+        | TypedKind::Symbol(_)
+        | TypedKind::None
+        | TypedKind::Global(_)
+        | TypedKind::Result(_)
+        | TypedKind::Failed => {}
     }
 }

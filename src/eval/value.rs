@@ -16,7 +16,10 @@ pub struct Value {
 #[derive(Clone, Debug, PartialEq)]
 pub enum ValueKind {
     /// `written` when the number stands there as digits, so that a message can quote it.
-    Quantity { quantity: Quantity, written: bool },
+    Quantity {
+        quantity: Quantity,
+        written: bool,
+    },
     Bool(bool),
     Text(String),
     /// A whole path.

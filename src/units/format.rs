@@ -176,9 +176,14 @@ mod tests {
 
     #[test]
     fn numbers_keep_six_digits() {
-        for (value, expected) in
-            [(1.0, "1"), (0.1 + 0.2, "0.3"), (123_456.7, "123457"), (9.999_999_9, "10"), (1e-9, "1e-9"), (-2.5e8, "-2.5e8")]
-        {
+        for (value, expected) in [
+            (1.0, "1"),
+            (0.1 + 0.2, "0.3"),
+            (123_456.7, "123457"),
+            (9.999_999_9, "10"),
+            (1e-9, "1e-9"),
+            (-2.5e8, "-2.5e8"),
+        ] {
             assert_eq!(number(value), expected);
         }
         assert_eq!(number(f64::NAN), "not a number");

@@ -147,7 +147,10 @@ fn requirements_wait_for_results_and_use_the_units_of_their_line() {
     let outcome = requirements[2].evaluate(&results);
     assert_eq!((outcome.value.as_deref(), outcome.met), (Some("4 deg"), Some(false)));
     // One side of `and` decides while the other is pending.
-    assert_eq!(requirements[3].results().into_iter().collect::<Vec<_>>(), ["motion.joint_speed_share", "predicted.removal.mean"]);
+    assert_eq!(
+        requirements[3].results().into_iter().collect::<Vec<_>>(),
+        ["motion.joint_speed_share", "predicted.removal.mean"]
+    );
     results.insert("motion.joint_speed_share".into(), 0.95);
     assert_eq!(requirements[3].evaluate(&results).met, Some(false));
     results.insert("motion.joint_speed_share".into(), 0.5);
@@ -176,9 +179,18 @@ fn params_are_set_and_shown() {
 #[test]
 fn wrong_sets_are_said() {
     for (sets, expected) in [
-        (vec![("ptich", "0.4mm"), ("map", "m")], "E0214 `--set ptich`: the job has no `param ptich` | its parameters: `map` and `pitch` > did you mean `pitch`?"),
-        (vec![("pitch", "0.4 s"), ("map", "m")], "E0303 2:13 `pitch` expects a length, found a time | expected: Length | found:    Time > units that fit: `nm`, `um`, `mm` and `m`"),
-        (vec![("pitch", "0.4"), ("map", "m")], "E0302 2:13 `pitch` expects a length, found a plain number | units that fit: `nm`, `um`, `mm` and `m` > write `0.4 mm`"),
+        (
+            vec![("ptich", "0.4mm"), ("map", "m")],
+            "E0214 `--set ptich`: the job has no `param ptich` | its parameters: `map` and `pitch` > did you mean `pitch`?",
+        ),
+        (
+            vec![("pitch", "0.4 s"), ("map", "m")],
+            "E0303 2:13 `pitch` expects a length, found a time | expected: Length | found:    Time > units that fit: `nm`, `um`, `mm` and `m`",
+        ),
+        (
+            vec![("pitch", "0.4"), ("map", "m")],
+            "E0302 2:13 `pitch` expects a length, found a plain number | units that fit: `nm`, `um`, `mm` and `m` > write `0.4 mm`",
+        ),
         (vec![("pitch", "3 mm"), ("map", "m")], "E0404 2:13 `pitch` is 3 mm, and must be > 0 mm and <= 2 mm"),
         (vec![("pitch", "1 mm"), ("pitch", "1 mm"), ("map", "m")], "E0214 `--set pitch` is given twice > give it once"),
         (vec![], "E0215 14:7 the parameter `map` has no value > give it one: `--set map=…`"),
@@ -195,5 +207,8 @@ fn a_job_is_chosen_by_name() {
     let chosen = Options { job: Some("flat_340".into()), ..options(&[("map", "m")]) };
     assert_eq!(compile(&library(), "jobs/flat.polish", &chosen).jobs.len(), 1);
     let wrong = Options { job: Some("flat".into()), ..options(&[("map", "m")]) };
-    assert_eq!(said(&compile(&library(), "jobs/flat.polish", &wrong)), ["E0213 the file has no job `flat` | its jobs: `flat_340`"]);
+    assert_eq!(
+        said(&compile(&library(), "jobs/flat.polish", &wrong)),
+        ["E0213 the file has no job `flat` | its jobs: `flat_340`"]
+    );
 }
