@@ -11,10 +11,10 @@ fn main() {
     std::fs::write("examples/flat_340/flat_340.dat", flat).expect("a writable examples folder");
 }
 
-/// A 340/60 mm flat on a 346 x 346 grid of 1 mm, centred, MetroPro format 3, invalid outside the glass.
+/// A 340/60 mm flat on a 494 x 494 grid of 0.7 mm, centred, MetroPro format 3, invalid outside the glass.
 fn flat_340() -> Vec<u8> {
-    const SIZE: usize = 346;
-    let pixel = 1e-3;
+    const SIZE: usize = 494;
+    let pixel = 0.7e-3;
     let mut height = vec![f64::NAN; SIZE * SIZE];
     for row in 0..SIZE {
         for column in 0..SIZE {

@@ -14,7 +14,7 @@ use polishc::units::si::*;
 
 const SIGMA: f64 = 2e-3;
 
-/// A part of 40 mm with 36 mm clear, a spot of 2 mm sigma and 12 mm diameter, a raster of 54 mm.
+/// A part of 40 mm with 35.9 mm clear, a spot of 2 mm sigma and 12 mm diameter, a raster of 54 mm.
 #[derive(Clone)]
 struct Run {
     over: f64,
@@ -58,7 +58,7 @@ fn run(error: Grid) -> Run {
         direction: 0.0,
         lines: Lines::serpentine,
         error,
-        clear: circle(36e-3),
+        clear: circle(35.9e-3),
         edge: circle(40e-3),
         influence: InfluenceFunction::gaussian(20e-9, SIGMA, 12e-3).expect("positive numbers"),
         dwell: Corrective {
@@ -159,6 +159,8 @@ fn prediction_agrees_with_the_definition() {
     // where the cut is 3e-4 of the peak: with a step of 1 % there, the definition itself would hang on single pixels.
     let influence = InfluenceFunction::gaussian(20e-9, SIGMA, 16e-3).expect("positive numbers");
     let run = Run { influence, over: 60e-3, ..run(map(0.4e-3, bump)) };
+    let mut run = run;
+    run.dwell.acceleration = Acceleration(1e4);
     let outcome = run.good();
     let segments = Segments::new(&outcome.timed.path);
     let speeds: Vec<f64> = segments.point.iter().map(|&p| outcome.timed.speed[p]).collect();
@@ -169,11 +171,10 @@ fn prediction_agrees_with_the_definition() {
     let mut inside = 0;
     for (found, exact) in outcome.removal.values.iter().zip(&exact).filter(|(found, _)| found.is_finite()) {
         inside += 1;
-        // The definition spreads each segment's time evenly; the prediction follows the ramps inside it.
-        assert!((found - exact).abs() < 5e-4 * outcome.figures.greatest_removal, "{found} {exact}");
+        assert!((found - exact).abs() < 2e-4 * outcome.figures.greatest_removal, "{found} {exact}");
     }
-    // 36 mm circle of 0.4 mm pixels: pi 45² = 6362 pixels, boundary and all.
-    assert!((inside as f64 - 6362.0).abs() < 40.0, "{inside}");
+    // 35.9 mm circle of 0.4 mm pixels: pi 44.875² = 6326 pixels, boundary and all.
+    assert!((inside as f64 - 6326.0).abs() < 40.0, "{inside}");
 }
 
 #[test]

@@ -200,6 +200,26 @@ impl Vocabulary {
         }
     }
 
+    /// The type as a schema writes it, on one line.
+    pub fn type_text(&self, ty: &Type) -> String {
+        match ty {
+            Type::Quantity(dimension) => self.units.describe(*dimension),
+            Type::Integer => "Integer".into(),
+            Type::Bool => "Bool".into(),
+            Type::Text => "Text".into(),
+            Type::File => "File".into(),
+            Type::Symbols(symbols) => symbols.iter().map(|s| s.name.as_str()).collect::<Vec<_>>().join(" | "),
+            Type::Schema(id) => self.schema(*id).name.clone(),
+            Type::Family(id) => self.family(*id).name.clone(),
+            Type::List(element, Some(length)) => format!("[{}; {length}]", self.type_text(element)),
+            Type::List(element, None) => format!("[{}]", self.type_text(element)),
+            Type::Range(end) => format!("{0} .. {0}", self.type_text(end)),
+            Type::Optional(inner) => format!("{}?", self.type_text(inner)),
+            Type::None => "none".into(),
+            Type::Failed => String::new(),
+        }
+    }
+
     /// The type in a sentence: `a length`, `a list of angles`, ``one of `high` and `low` ``.
     pub fn in_words(&self, ty: &Type) -> String {
         match ty {

@@ -53,8 +53,12 @@ impl<'a> Checker<'a> {
                     name: field.name.text.clone(),
                     doc: field.doc.clone(),
                     span: field.name.span,
+                    type_text: match self.sources.slice(field.ty.span) {
+                        // Symbols with doc comments take several lines.
+                        text if text.contains('\n') => self.vocabulary.type_text(&ty),
+                        text => text.to_string(),
+                    },
                     ty,
-                    type_text: self.sources.slice(field.ty.span).to_string(),
                     default: None,
                     default_text: field.default.as_ref().map(|value| self.sources.slice(value.span).to_string()),
                     restriction: None,

@@ -361,6 +361,7 @@ fn verify(common: &Common, programs: &[PathBuf], file: &Path, name: Option<&str>
         match std::fs::read(path) {
             Ok(bytes) => program.files.push(crate::target::ProgramFile {
                 name: path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default(),
+                points: 0,
                 bytes,
                 points: 0,
             }),
@@ -406,11 +407,12 @@ fn inspect(common: &Common, files: &[PathBuf], json: bool, unit: Option<&str>, p
         let disk = Disk::new(file, true);
         match session::inspect(&disk, &file.to_string_lossy(), unit, pixel) {
             Ok(found) => {
-                let found = serde_json::to_value(&found).unwrap_or_default();
                 if json {
-                    say(&found.to_string());
+                    // The struct itself, not a map of it: the order of the keys is part of the format.
+                    say(&serde_json::to_string(&found).unwrap_or_default());
                     continue;
                 }
+                let found = serde_json::to_value(&found).unwrap_or_default();
                 say(&format!("{}", file.display()));
                 for (key, value) in found.as_object().into_iter().flatten() {
                     say(&format!("  {key:<16} {}", value.to_string().trim_matches('"')));

@@ -54,7 +54,7 @@ impl fmt::Debug for Code {
 macro_rules! codes {
     ($($code:ident)*) => {
         $(
-            #[doc = include_str!(concat!("../../docs/errors/", stringify!($code), ".md"))]
+            #[doc = concat!("Its page is `docs/errors/", stringify!($code), ".md`.")]
             pub const $code: Code = Code(stringify!($code));
         )*
         const PAGES: &[(&str, &str)] = &[

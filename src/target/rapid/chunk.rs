@@ -201,5 +201,5 @@ pub fn module(setup: &Setup, index: usize, runs: impl Iterator<Item = Vec<u8>>) 
     }
     text.line(1, "ENDPROC");
     text.line(0, "ENDMODULE");
-    ProgramFile { name: names.file(&module), bytes: text.bytes, points: chunk.points.len() }
+    ProgramFile { name: names.file(&module), points: chunk.points.len(), bytes: text.bytes }
 }

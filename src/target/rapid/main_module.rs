@@ -40,7 +40,7 @@ pub fn write(setup: &Setup) -> Result<ProgramFile, Vec<Problem>> {
             .help("raise `module_bytes`, or `module_points` so that there are fewer modules to load"),
         ]);
     }
-    Ok(ProgramFile { name: names.file(&names.module), bytes: text.bytes, points: 0 })
+    Ok(ProgramFile { name: names.file(&names.module), points: 0, bytes: text.bytes })
 }
 
 impl Setup<'_> {
