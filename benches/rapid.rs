@@ -18,7 +18,7 @@ fn main() {
     let job = job_with(&[]);
     // 597 lines of 95 points, less a dozen: as many as the 340 mm flat has, within a few.
     let motion = plan(&job, curved(raster(597, 95)), Purpose::Polish);
-    let (draft, _) = target::emit("bench", &motion, &job).expect("a program");
+    let draft = target::emit("bench", &motion, &job).expect("a program");
     let program = draft.0;
     let bytes: usize = program.files.iter().map(|file| file.bytes.len()).sum();
     println!("{} points, {} files, {:.3} MB", motion.position.len(), program.files.len(), bytes as f64 * 1e-6);

@@ -525,7 +525,7 @@ fn a_joint_move_through_the_part_is_refused() {
     cell(&mut robot).home = joints.map(Angle).to_vec();
     let timed = || raster(3, 41, 5e-3, 50e-3, 0.02, Link::OnSurface);
     let problem = refused(timed(), &robot, &REQUEST);
-    assert_eq!((problem.code, problem.field.as_deref()), (codes::E0811, Some("robot.cell.home")), "{problem:?}");
+    assert_eq!((problem.code, problem.field.as_deref()), (codes::E0805, Some("robot.cell.home")), "{problem:?}");
     assert!(
         problem.message.contains("the tool 100.0 mm below the part's highest point")
             && problem.message.contains("x 0.000 mm, y 0.000 mm, z -100.000 mm; 25.0 mm above it are kept clear"),
@@ -535,7 +535,7 @@ fn a_joint_move_through_the_part_is_refused() {
     let mut robot = straight_above(1600.0, 0.0, 500.0);
     cell(&mut robot).safe_poses = vec![joints.map(Angle).to_vec()];
     let problem = refused(timed(), &robot, &REQUEST);
-    assert_eq!((problem.code, problem.field.as_deref()), (codes::E0811, Some("robot.cell.safe_poses.0")));
+    assert_eq!((problem.code, problem.field.as_deref()), (codes::E0805, Some("robot.cell.safe_poses.0")));
 }
 
 #[test]
@@ -551,7 +551,7 @@ fn a_normal_along_the_azimuth_is_refused() {
     let (sine, cosine) = 3_f64.to_radians().sin_cos();
     (timed.path.points.normal_x[7], timed.path.points.normal_z[7]) = (cosine, sine);
     let problem = refused(timed, &irb_6700_in_cell(), &Request { azimuth: 0.0, ..REQUEST });
-    assert_eq!((problem.code, problem.field.as_deref()), (codes::E0805, Some("tool.azimuth")));
+    assert_eq!((problem.code, problem.field.as_deref()), (codes::E0808, Some("tool.azimuth")));
     assert!(problem.message.starts_with("at x 10.000 mm, y 0.000 mm, z 0.000 mm (line 1)"), "{}", problem.message);
     assert!(problem.message.contains("is 3.00 deg from"), "{}", problem.message);
 }
@@ -635,9 +635,9 @@ fn a_path_that_is_none_is_refused() {
         let mut timed = raster(2, 5, 5e-3, 1e-2, 0.02, Link::OnSurface);
         change(&mut timed);
         let problem = refused(timed, &irb_6700_in_cell(), &REQUEST);
-        assert_eq!(problem.code, codes::E0812, "change {i}: {problem:?}");
+        assert_eq!(problem.code, codes::E0804, "change {i}: {problem:?}");
     }
     let timed = raster(2, 5, 5e-3, 1e-2, 0.02, Link::OnSurface);
     let problem = refused(timed, &irb_6700_in_cell(), &Request { acceleration: 0.0, ..REQUEST });
-    assert_eq!((problem.code, problem.field.as_deref()), (codes::E0812, Some("dwell.acceleration")));
+    assert_eq!((problem.code, problem.field.as_deref()), (codes::E0804, Some("dwell.acceleration")));
 }

@@ -361,7 +361,6 @@ fn verify(common: &Common, programs: &[PathBuf], file: &Path, name: Option<&str>
         match std::fs::read(path) {
             Ok(bytes) => program.files.push(crate::target::ProgramFile {
                 name: path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default(),
-                points: 0,
                 bytes,
                 points: 0,
             }),

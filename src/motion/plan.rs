@@ -75,7 +75,7 @@ pub fn plan(timed: TimedPath, robot: &job::Robot, request: &Request) -> Result<C
 
 /// Refuses a path that cannot be travelled at all.
 fn check_path(timed: &TimedPath, request: &Request) -> Result<(), Problem> {
-    let bad = |field: &str, message: String| Err(Problem::error(codes::E0812, field, message));
+    let bad = |field: &str, message: String| Err(Problem::error(codes::E0804, field, message));
     let points = &timed.path.points;
     let count = points.len();
     if count == 0 || timed.path.lines.is_empty() {
@@ -184,7 +184,7 @@ fn tool_poses(timed: &TimedPath, distance: f64, azimuth: f64) -> Result<(Vec<[f6
             libm::asin(sine.min(1.0)).to_degrees()
         );
         return Err(
-            Problem::error(codes::E0805, "tool.azimuth", message).help("choose an azimuth across the slope there")
+            Problem::error(codes::E0808, "tool.azimuth", message).help("choose an azimuth across the slope there")
         );
     }
     for i in 1..quaternion.len() {
@@ -211,7 +211,7 @@ fn too_near(near: TooNear, field: &str, what: &str) -> Problem {
         in_millimetres(near.point),
         near.least * 1e3
     );
-    Problem::error(codes::E0811, field, message)
+    Problem::error(codes::E0805, field, message)
         .note("checked are a ball in place of the tool and the part; nothing else of tool, arm and cell is known")
         .help("choose another pose, from which the tool comes from above, or a larger `travel.height`")
 }
