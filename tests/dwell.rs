@@ -377,9 +377,9 @@ fn what_cannot_be_is_refused() {
         (E0701, |r| r.dwell.acceleration = Acceleration(1e-6)),
         (E0702, |r| r.dwell.piston = Piston::fixed(FixedPiston { depth: Length(5e-9) })),
         (E0702, |r| r.dwell.piston = Piston::free(FreePiston { at_most: Some(Length(5e-9)) })),
-        (E0703, |r| r.clear = circle(44e-3)),
-        (E0703, |r| r.error.values[41 * 103 + 50] = f64::NAN),
-        (E0703, |r| r.error = Grid::default()),
+        (E0509, |r| r.clear = circle(44e-3)),
+        (E0509, |r| r.error.values[41 * 103 + 50] = f64::NAN),
+        (E0509, |r| r.error = Grid::default()),
         (E0704, |r| (r.edge, r.clear, r.over) = (circle(12e-3), circle(39e-3), 28e-3)),
         (E0705, |r| {
             r.error.values.iter_mut().for_each(|v| *v = -*v - 1e-9);

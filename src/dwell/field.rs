@@ -24,12 +24,12 @@ pub struct Field {
 impl Field {
     /// # Errors
     ///
-    /// E0703 if the map is smaller than the clear aperture or has a hole there.
+    /// E0509 if the map is smaller than the clear aperture or has a hole there.
     pub fn new(error: &Grid, clear: &Aperture) -> Result<Field, Problem> {
         let bounds = clear.bounds();
         let size = [error.columns, error.rows];
         let refuse = |message: String| {
-            Problem::error(codes::E0703, "workpiece.error", message).help(
+            Problem::error(codes::E0509, "workpiece.error", message).help(
                 "measure a larger area, make `clear` smaller, or check `pixel`, `centre` and `fill_below` of the map",
             )
         };

@@ -95,7 +95,7 @@ const STOP: Stop =
 /// # Errors
 ///
 /// E0644 (a line ends over the part), E0700 (feed, acceleration or fraction unusable), E0701 (the arm cannot reach the
-/// least feed in one segment), E0702 (the floor is deeper than what is wanted), E0703 (the map does not cover the clear
+/// least feed in one segment), E0702 (the floor is deeper than what is wanted), E0509 (the map does not cover the clear
 /// aperture), E0704 (the path does not reach part of it), E0705 (nothing to remove), E0706 (pixels too coarse).
 pub fn solve(task: Task, warnings: &mut Vec<Problem>) -> Result<Outcome, Problem> {
     let dwell = task.dwell;
@@ -186,7 +186,7 @@ pub fn solve(task: Task, warnings: &mut Vec<Problem>) -> Result<Outcome, Problem
 ///
 /// # Errors
 ///
-/// E0703 (the map does not cover the clear aperture).
+/// E0509 (the map does not cover the clear aperture).
 pub fn predict(
     timed: TimedPath,
     footprint: &Footprint,

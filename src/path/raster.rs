@@ -87,8 +87,8 @@ fn grown(aperture: &Aperture) -> Aperture {
 ///
 /// # Errors
 ///
-/// E0640: a number that is not positive. E0641: more points than `most_points`, said before any is made. E0642: `over`
-/// has a hole. E0643: a point lies where the form does not exist.
+/// E0640: a number that is not positive, or a point where the form does not exist. E0641: more points than `most_points`,
+/// said before any is made. E0642: `over` has a hole.
 pub fn plan(raster: &Raster, form: &Form, most_points: u64) -> Result<ToolPath, Problem> {
     for (name, value) in [("point_step", raster.point_step.0), ("line_pitch", raster.line_pitch.0)] {
         if !(value > 0.0 && value.is_finite()) {
@@ -124,7 +124,7 @@ pub fn plan(raster: &Raster, form: &Form, most_points: u64) -> Result<ToolPath, 
                     x * 1e3,
                     y * 1e3
                 );
-                return Err(Problem::error(codes::E0643, "path.over", message).help("make `over` smaller"));
+                return Err(Problem::error(codes::E0640, "path.over", message).help("make `over` smaller"));
             };
             path.points.push([x, y, surface.sag], surface.normal());
         }
