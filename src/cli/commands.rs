@@ -363,7 +363,6 @@ fn verify(common: &Common, programs: &[PathBuf], file: &Path, name: Option<&str>
                 name: path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default(),
                 points: 0,
                 bytes,
-                points: 0,
             }),
             Err(error) => {
                 done.diagnostics.push(Diagnostic::placeless(

@@ -19,8 +19,6 @@ pub struct ProgramFile {
     /// Points of the path that the file moves through; 0 for a main module, and for a file from the disk.
     pub points: usize,
     pub bytes: Vec<u8>,
-    /// Points of the path that this file holds, for the report; 0 in the main module and in files from a disk.
-    pub points: usize,
 }
 
 /// A program: its files in order, the main module first.
