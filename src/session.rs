@@ -247,8 +247,7 @@ impl Passes<'_> {
 
         self.watch.pass("target");
         let Some(checked) = &self.planned.motion else { return Ok(()) };
-        let (draft, warnings) = target::emit(&self.planned.name, checked, &job)?;
-        self.said.extend(warnings);
+        let draft = target::emit(&self.planned.name, checked, &job)?;
         self.watch.pass("verify");
         let program = verify::verify(draft, checked, &job)?;
         self.planned.program = Some(program);

@@ -23,7 +23,7 @@ struct Built {
 fn build(changes: &[(&str, serde_json::Value)], lines: usize, points: usize, purpose: Purpose) -> Built {
     let job = job_with(changes);
     let motion = plan(&job, curved(raster(lines, points)), purpose);
-    let (draft, _) = target::emit("flat_340", &motion, &job).unwrap_or_else(|p| panic!("{p:?}"));
+    let draft = target::emit("flat_340", &motion, &job).unwrap_or_else(|p| panic!("{p:?}"));
     Built { job, motion, program: draft.0 }
 }
 

@@ -314,11 +314,19 @@ fn tell(planned: &Planned, folder: &Path, files: &[(String, Vec<u8>)]) {
         say(&format!("  wrote      {} files in {}", files.len(), folder.display()));
     }
     say(&format!("  path       {} points on {} lines", result.path.points, result.path.lines));
-    let predicted = &result.predicted;
-    say(&format!(
-        "  predicted  RMS {:.1} -> {:.1} nm, PV {:.0} -> {:.0} nm, {:.0} nm removed in the mean",
-        predicted.rms_before_nm, predicted.rms_nm, predicted.pv_before_nm, predicted.pv_nm, predicted.removal_mean_nm
-    ));
+    if result.purpose == "dry_run" {
+        say("  dry run    lifted along the normals, slow, process off: it removes nothing");
+    } else {
+        let predicted = &result.predicted;
+        say(&format!(
+            "  predicted  RMS {:.1} -> {:.1} nm, PV {:.0} -> {:.0} nm, {:.0} nm removed in the mean",
+            predicted.rms_before_nm,
+            predicted.rms_nm,
+            predicted.pv_before_nm,
+            predicted.pv_nm,
+            predicted.removal_mean_nm
+        ));
+    }
     if let Some(motion) = &result.motion {
         say(&format!(
             "  motion     {}, every joint at least {:.1} deg inside its range (kinematic estimate)",
@@ -361,8 +369,8 @@ fn verify(common: &Common, programs: &[PathBuf], file: &Path, name: Option<&str>
         match std::fs::read(path) {
             Ok(bytes) => program.files.push(crate::target::ProgramFile {
                 name: path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default(),
-                points: 0,
                 bytes,
+                points: 0,
             }),
             Err(error) => {
                 done.diagnostics.push(Diagnostic::placeless(

@@ -328,8 +328,10 @@ impl Differs<'_> {
     ) {
         // Written so that a number that is none differs.
         if !((found - wanted).abs() <= allowed || same_number(found, wanted)) {
-            findings
-                .add(|| self.problem(field, format!("{component} is {found} {unit}, the job has {wanted:.6} {unit}")));
+            findings.add(|| {
+                let (found, wanted) = (moves::shortest(found), moves::shortest(wanted));
+                self.problem(field, format!("{component} is {found} {unit}, the job has {wanted} {unit}"))
+            });
         }
     }
 

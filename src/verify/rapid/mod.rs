@@ -4,14 +4,14 @@
 //! [`reader`]; the emitter's data are not used. [`main_module`] compares the data and statements that are not path,
 //! [`path`] replays the moves as the controller would.
 
-mod lexer;
+pub mod lexer;
 mod main_module;
 mod moves;
 mod path;
-mod reader;
+pub mod reader;
 mod routines;
 mod statements;
-mod syntax;
+pub mod syntax;
 mod values;
 
 use crate::diagnostics::Problem;

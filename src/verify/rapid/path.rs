@@ -341,16 +341,18 @@ impl Chunk<'_> {
 
     fn extra(&self, found: &[Resolved], before: Planned, findings: &mut Findings) {
         let Some(first) = found.first() else { return };
-        let count = found.len();
-        let moves = if count == 1 { "a move that is" } else { "moves that are" };
         let goal = match &first.goal {
             ResolvedGoal::Linear(target) => {
                 let [x, y, z] = target.position;
-                format!(" (x = {x}, y = {y}, z = {z} mm)")
+                format!("to x = {x}, y = {y}, z = {z} mm")
             }
-            ResolvedGoal::Joints(_) => String::new(),
+            ResolvedGoal::Joints(_) => "of the joints".into(),
         };
-        let what = format!("{moves} not planned, {count} in number{goal}, near {}", self.place(before));
+        let near = self.place(before);
+        let what = match found.len() {
+            1 => format!("a move {goal} is not planned, near {near}"),
+            count => format!("{count} moves are not planned, the first {goal}, near {near}"),
+        };
         findings.add(|| at(self.file, first.line, E1013, "path", what));
     }
 
@@ -527,8 +529,9 @@ impl Chunk<'_> {
         };
         let found = target.confdata.map(f64::from);
         if !found.iter().zip(wanted).all(|(found, wanted)| *found == f64::from(wanted)) {
-            let [a, b, c, d] = target.confdata;
-            let what = format!("has the configuration data [{a},{b},{c},{d}] where {wanted:?} are planned");
+            let list = |values: [f64; 4]| values.map(|value| value.to_string()).join(",");
+            let (found, wanted) = (list(found), list(wanted.map(f64::from)));
+            let what = format!("has the configuration data [{found}] where [{wanted}] is planned");
             report(Difference { code: E1006, field: "robot", what });
         }
         if let Err(what) = moves::no_external_axes(&target.external.map(f64::from)) {
