@@ -328,7 +328,6 @@ fn time_is_the_sum_of_the_moves() {
 fn figures_are_those_of_the_joints() {
     let robot = straight_above(1600.0, 0.0, 500.0);
     let motion = planned(raster(9, 41, 5e-3, 30e-3, 0.2, Link::OnSurface), &robot, &REQUEST);
-    let arm = Arm::new(&robot).expect("an arm");
     let ends = [motion.runs[0].approach_joints, motion.runs[0].retract_joints];
     let all = || motion.joints.iter().chain(&ends);
     let least = |values: &mut dyn Iterator<Item = f64>| values.fold(f64::INFINITY, f64::min);

@@ -125,12 +125,7 @@ fn check_path(timed: &TimedPath, request: &Request) -> Result<(), Problem> {
 
 /// The speeds as they are driven: at most the travel speed, in whole steps of the target, on the way down to the first
 /// point of a run; in a dry run everywhere.
-fn slowed(
-    mut timed: TimedPath,
-    spans: &[Span],
-    station: &Station,
-    request: &Request,
-) -> Result<TimedPath, Problem> {
+fn slowed(mut timed: TimedPath, spans: &[Span], station: &Station, request: &Request) -> Result<TimedPath, Problem> {
     let step = request.speed_step;
     // A millionth of a step more than whole steps is the rounding of the division.
     let most = (station.travel_speed / step + 1e-6).floor() * step;
