@@ -47,7 +47,7 @@ fn example() -> Example {
     for i in 0..341 * 341 {
         let [x, y] = error.position(i / 341, i % 341).map(|p| p / 0.17);
         let form =
-            60.0 * (x * x - y * y) + 40.0 * (3.0 * x * x + 2.0 * y * y) * x + 25.0 * (9.0 * x + 4.0 * y * y).sin();
+            60.0 * (x * x - y * y) + 40.0 * (3.0 * x * x + 2.0 * y * y) * x + 25.0 * libm::sin(9.0 * x + 4.0 * y * y);
         error.values.push(form * 1e-9);
     }
     Example {
@@ -94,7 +94,6 @@ fn whole_pass(bencher: divan::Bencher) {
 fn prediction(bencher: divan::Bencher) {
     let example = example();
     let outcome = solve(task(&example), &mut Vec::new()).expect("a solved run");
-    eprintln!("{:#?}", outcome.figures);
     let footprint = Footprint::of(&example.influence, 0.0);
     bencher.bench_local(|| {
         predict(outcome.timed.clone(), &footprint, &example.error, &example.clear, &example.dwell)

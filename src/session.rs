@@ -6,7 +6,7 @@
 use crate::diagnostics::codes as code;
 use crate::diagnostics::render;
 use crate::diagnostics::{Diagnostic, Problem, Severity};
-use crate::dwell;
+use crate::dwell::{self, TimedPath};
 use crate::eval::{self, Requirement};
 use crate::job::{self, Job, Origins, Unchecked};
 use crate::metrology::{self, ErrorMap};
@@ -103,7 +103,9 @@ pub struct Planned {
     pub origins: Origins,
     pub requirements: Vec<Requirement>,
     pub error_map: Option<ErrorMap>,
-    pub path: Option<ToolPath>,
+    /// The path, until a later pass takes it over; see [`Planned::path`].
+    path: Option<ToolPath>,
+    /// Its `timed` is empty once motion has taken it over; see [`Planned::timed`].
     pub dwell: Option<dwell::Outcome>,
     pub motion: Option<Checked<Motion>>,
     pub program: Option<Verified<Program>>,
@@ -192,8 +194,8 @@ impl Passes<'_> {
         let controller = job.target.as_ref().map(|job::Target::rapid(rapid)| &rapid.controller);
         let most_points = controller.map_or(path::MOST_POINTS, |c| u64::try_from(c.most_points).unwrap_or(0));
         let tool_path = path::plan(&job.path, &job.workpiece, most_points).map_err(one)?;
-        self.planned.path = Some(tool_path.clone());
         if until == Until::Path {
+            self.planned.path = Some(tool_path);
             return Ok(());
         }
 
@@ -221,7 +223,6 @@ impl Passes<'_> {
         if let Some(controller) = controller {
             dwell::check_segment_times(&outcome.timed, corrective, controller, self.said).map_err(one)?;
         }
-        let timed = outcome.timed.clone();
         self.planned.dwell = Some(outcome);
         self.planned.error_map = Some(error_map);
         let (Some(robot), Some(controller)) = (&job.robot, controller) else { return Ok(()) };
@@ -239,6 +240,8 @@ impl Passes<'_> {
             points_per_run: usize::try_from(controller.module_points).unwrap_or(0),
             speed_step,
         };
+        // Moved, not copied: with five million points a copy is half a gigabyte.
+        let timed = self.planned.dwell.as_mut().map(|outcome| std::mem::take(&mut outcome.timed)).unwrap_or_default();
         let checked = motion::plan(timed, robot, &request).map_err(one)?;
         self.planned.motion = Some(checked);
         if until == Until::Motion {
@@ -247,8 +250,7 @@ impl Passes<'_> {
 
         self.watch.pass("target");
         let Some(checked) = &self.planned.motion else { return Ok(()) };
-        let (draft, warnings) = target::emit(&self.planned.name, checked, &job)?;
-        self.said.extend(warnings);
+        let draft = target::emit(&self.planned.name, checked, &job)?;
         self.watch.pass("verify");
         let program = verify::verify(draft, checked, &job)?;
         self.planned.program = Some(program);
@@ -316,9 +318,23 @@ pub fn verify(done: &mut Compilation, program: &Program) {
 }
 
 impl Planned {
+    /// The path, from whichever pass holds it.
+    pub fn path(&self) -> Option<&ToolPath> {
+        self.path.as_ref().or_else(|| self.timed().map(|timed| &timed.path))
+    }
+
+    /// The path with its speeds: those of the motion, where there is one (a dry run's are slower than dwell's).
+    pub fn timed(&self) -> Option<&TimedPath> {
+        match (&self.motion, &self.dwell) {
+            (Some(motion), _) => Some(&motion.timed),
+            (None, Some(outcome)) => Some(&outcome.timed),
+            (None, None) => None,
+        }
+    }
+
     /// Puts together what is known.
     fn summarise(&mut self, purpose: Purpose, files: &dyn FileProvider, said: &[Problem]) {
-        let (Some(outcome), Some(path)) = (&self.dwell, &self.path) else { return };
+        let (Some(outcome), Some(path)) = (&self.dwell, self.path()) else { return };
         let program = self.program.as_deref();
         let results = report::results(outcome, path, self.motion.as_deref(), program);
         self.result = Some(JobResult {

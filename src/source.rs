@@ -48,7 +48,8 @@ pub trait FileProvider: Send + Sync {
     fn read(&self, path: &str, limit: u64) -> Result<Vec<u8>, FileError>;
 
     /// `path` as said in the file `from`, made whole: relative to the folder of `from`, checked to lie inside the
-    /// project (`Outside` if not), with `.` and `..` and links resolved.
+    /// project (`Outside` if not), with `.` and `..` and links resolved. An empty `from` means the working directory:
+    /// the path was typed by a person (`--set map=…`), so any place is allowed.
     fn resolve(&self, from: &str, path: &str) -> Result<String, FileError>;
 }
 

@@ -147,21 +147,89 @@ fn the_nearest_solution_follows_the_plan() {
     let robot = irb_6700_in_cell();
     let motion = planned(raster(21, 201, 2e-3, 15e-3, 0.02, Link::OnSurface), &robot, &REQUEST);
     let arm = Arm::new(&robot).expect("an arm");
-    let mut joints = motion.runs[0].approach_joints;
+    let replayed = replayed(&motion, &arm);
     let mut largest = 0.0_f64;
     for i in 0..motion.joints.len() {
-        let [x, y, z] = motion.position[i];
-        let [w, a, b, c] = motion.quaternion[i];
-        let rotation = nalgebra::UnitQuaternion::new_normalize(nalgebra::Quaternion::new(w, a, b, c));
-        let pose = Transform::from_parts(Translation3::new(x, y, z), rotation);
-        joints = arm.nearest_solution(&motion.frames.flange(&pose), &joints).expect("reachable").joints;
-        assert!(joints.iter().zip(&motion.joints[i]).all(|(a, b)| (a - b).abs() < 1e-9), "point {i}");
+        assert!(replayed[i].iter().zip(&motion.joints[i]).all(|(a, b)| (a - b).abs() < 1e-9), "point {i}");
         if i % 201 != 0 {
-            let before = &motion.joints[i - 1];
-            largest = joints.iter().zip(before).fold(largest, |most, (a, b)| most.max((a - b).abs()));
+            let before = &replayed[i - 1];
+            largest = replayed[i].iter().zip(before).fold(largest, |most, (a, b)| most.max((a - b).abs()));
         }
     }
     assert!((motion.figures.largest_joint_step - largest).abs() < 1e-9);
+}
+
+/// The nearest solutions of the tool poses, one after the other from the first approach.
+fn replayed(motion: &Motion, arm: &Arm) -> Vec<[f64; 6]> {
+    let mut joints = motion.runs[0].approach_joints;
+    let poses = motion.position.iter().zip(&motion.quaternion);
+    poses
+        .map(|([x, y, z], [w, i, j, k])| {
+            let rotation = nalgebra::UnitQuaternion::new_normalize(nalgebra::Quaternion::new(*w, *i, *j, *k));
+            let pose = Transform::from_parts(Translation3::new(*x, *y, *z), rotation);
+            joints = arm.nearest_solution(&motion.frames.flange(&pose), &joints).expect("reachable").joints;
+            joints
+        })
+        .collect()
+}
+
+/// Once around a ball that faces the robot, the tool leaning 15 degrees all the way: axis 4 makes a whole turn, counted
+/// across the seams between parallel tasks (1024 points).
+#[test]
+fn whole_turns_go_on_along_a_run() {
+    let mut robot = straight_above(0.0, 0.0, 0.0);
+    cell(&mut robot).home = [5.0, 0.0, 0.0, -150.0, 20.0, 150.0].map(|a: f64| Angle(a.to_radians())).to_vec();
+    let mut timed = raster(1, 2500, 1e-3, 1.0, 0.02, Link::OnSurface);
+    let points = &mut timed.path.points;
+    let (radius, lean) = (0.2, 15_f64.to_radians());
+    for i in 0..2500 {
+        // Not quite closed.
+        let (sine, cosine) = (i as f64 / 2500.0 * 2.0 * PI).sin_cos();
+        let normal = [-lean.cos(), lean.sin() * cosine, lean.sin() * sine];
+        (points.normal_x[i], points.normal_y[i], points.normal_z[i]) = normal.into();
+        let centre = [1.4625 + 0.2 + 0.3 + radius, 0.0, 2.105];
+        (points.x[i], points.y[i], points.z[i]) = [0, 1, 2].map(|k| centre[k] + radius * normal[k]).into();
+    }
+    let request = Request { azimuth: 90_f64.to_radians(), tool_radius: 0.0, ..REQUEST };
+    let motion = planned(timed, &robot, &request);
+    let arm = Arm::new(&robot).expect("an arm");
+    let fourth = motion.joints.iter().map(|joints| joints[3].to_degrees());
+    let (least, most) = fourth.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
+    assert!(most - least > 355.0, "{least} {most}");
+    assert!(arm.least_margin(&motion.joints[0]).0 >= robot.range_margin.0);
+    for (replayed, joints) in replayed(&motion, &arm).iter().zip(&motion.joints) {
+        assert!(replayed.iter().zip(joints).all(|(a, b)| (a - b).abs() < 1e-9), "{replayed:?} {joints:?}");
+    }
+}
+
+/// On a dome the tool leans to all sides, around half a turn from the part's frame, where a quaternion's canonical sign
+/// changes: the written ones stay on one side. The tool stands along each normal.
+#[test]
+fn quaternions_stay_on_one_side_over_a_dome() {
+    let mut timed = raster(9, 41, 5e-3, 25e-3, 0.02, Link::OnSurface);
+    let points = &mut timed.path.points;
+    for i in 0..points.x.len() {
+        // z = -(x² + y²) / 2 m.
+        let (x, y) = (points.x[i], points.y[i]);
+        let length = (1.0 + x * x + y * y).sqrt();
+        points.z[i] = -(x * x + y * y) / 2.0;
+        (points.normal_x[i], points.normal_y[i], points.normal_z[i]) = (x / length, y / length, 1.0 / length);
+    }
+    let motion = planned(timed.clone(), &irb_6700_in_cell(), &REQUEST);
+    let signs: Vec<f64> = motion.quaternion.iter().map(|q| q[0]).collect();
+    assert!(signs.iter().any(|w| *w > 1e-3) && signs.iter().any(|w| *w < -1e-3), "w changes its sign on the way");
+    for pair in motion.quaternion.windows(2) {
+        let dot: f64 = pair[0].iter().zip(pair[1]).map(|(a, b)| a * b).sum();
+        assert!(dot > 0.9);
+    }
+    for i in 0..motion.position.len() {
+        let (normal, contact) = (timed.path.points.normal(i), timed.path.points.position(i));
+        let [w, a, b, c] = motion.quaternion[i];
+        let rotation = nalgebra::UnitQuaternion::new_normalize(nalgebra::Quaternion::new(w, a, b, c));
+        assert!((rotation * Vector3::z() + Vector3::from(normal)).norm() < 1e-12);
+        let off = Vector3::from(motion.position[i]) - Vector3::from(contact) - Vector3::from(normal) * 1.5e-3;
+        assert!(off.norm() < 1e-12);
+    }
 }
 
 #[test]
@@ -252,6 +320,48 @@ fn time_is_the_sum_of_the_moves() {
     let run = &motion.runs[0];
     let wanted = joint_move(&run.approach_joints) + 0.6 + 2.1 + 1.05 + joint_move(&run.retract_joints);
     assert!((motion.figures.time - wanted).abs() < 1e-9, "{} {wanted}", motion.figures.time);
+}
+
+/// The figures, counted again from the joints. The margins may be less by what the samples between the points and the
+/// way up and down add, tens of microradians; the part of the joint speeds is that of one of the steps.
+#[test]
+fn figures_are_those_of_the_joints() {
+    let robot = straight_above(1600.0, 0.0, 500.0);
+    let motion = planned(raster(9, 41, 5e-3, 30e-3, 0.2, Link::OnSurface), &robot, &REQUEST);
+    let ends = [motion.runs[0].approach_joints, motion.runs[0].retract_joints];
+    let all = || motion.joints.iter().chain(&ends);
+    let least = |values: &mut dyn Iterator<Item = f64>| values.fold(f64::INFINITY, f64::min);
+    let margin = least(&mut all().map(|joints| {
+        let ends = (0..6)
+            .map(|i| (joints[i].to_degrees() - IRB_6700.lower[i]).min(IRB_6700.upper[i] - joints[i].to_degrees()));
+        ends.fold(f64::INFINITY, f64::min).to_radians()
+    }));
+    let found = &motion.figures;
+    assert!(found.joint_margin <= margin + 1e-12 && found.joint_margin > margin - 1e-4, "{found:?} {margin}");
+    // Axis 5 of this arm is straight at 0, and here it stays below 90 deg.
+    let wrist = least(&mut all().map(|joints| joints[4].abs()));
+    assert!(found.wrist_margin <= wrist + 1e-12 && found.wrist_margin > wrist - 1e-4, "{found:?} {wrist}");
+    let mut share = 0.0_f64;
+    for i in 1..motion.joints.len() {
+        let length = (Vector3::from(motion.position[i]) - Vector3::from(motion.position[i - 1])).norm();
+        for joint in 0..6 {
+            let speed = (motion.joints[i][joint] - motion.joints[i - 1][joint]).abs() / length * 0.2;
+            share = share.max(speed / IRB_6700.speeds[joint].to_radians());
+        }
+    }
+    // Half steps are faster than whole ones by their curvature, some thousandths here.
+    assert!(found.joint_speed_share >= share && found.joint_speed_share < share * 1.01, "{found:?} {share}");
+    // The line over y = 0 keeps joint 1 at 0; other points near a quarter turn of axes 1, 4, 6 are counted by their
+    // degrees.
+    let near = motion.joints.iter().filter(|joints| {
+        [joints[0], joints[3], joints[5]].iter().any(|angle| {
+            let beyond = angle.to_degrees().rem_euclid(90.0);
+            beyond.min(90.0 - beyond) < 0.1
+        })
+    });
+    let near = near.count();
+    assert!(near >= 41);
+    assert_eq!(found.points_near_quarter, near);
 }
 
 /// Tool straight down over x = 2100 mm + x: the wrist centre stands 300 + 200 mm above the tool centre point, at height
@@ -414,7 +524,7 @@ fn a_joint_move_through_the_part_is_refused() {
     cell(&mut robot).home = joints.map(Angle).to_vec();
     let timed = || raster(3, 41, 5e-3, 50e-3, 0.02, Link::OnSurface);
     let problem = refused(timed(), &robot, &REQUEST);
-    assert_eq!((problem.code, problem.field.as_deref()), (codes::E0811, Some("robot.cell.home")), "{problem:?}");
+    assert_eq!((problem.code, problem.field.as_deref()), (codes::E0805, Some("robot.cell.home")), "{problem:?}");
     assert!(
         problem.message.contains("the tool 100.0 mm below the part's highest point")
             && problem.message.contains("x 0.000 mm, y 0.000 mm, z -100.000 mm; 25.0 mm above it are kept clear"),
@@ -424,7 +534,7 @@ fn a_joint_move_through_the_part_is_refused() {
     let mut robot = straight_above(1600.0, 0.0, 500.0);
     cell(&mut robot).safe_poses = vec![joints.map(Angle).to_vec()];
     let problem = refused(timed(), &robot, &REQUEST);
-    assert_eq!((problem.code, problem.field.as_deref()), (codes::E0811, Some("robot.cell.safe_poses.0")));
+    assert_eq!((problem.code, problem.field.as_deref()), (codes::E0805, Some("robot.cell.safe_poses.0")));
 }
 
 #[test]
@@ -440,7 +550,7 @@ fn a_normal_along_the_azimuth_is_refused() {
     let (sine, cosine) = 3_f64.to_radians().sin_cos();
     (timed.path.points.normal_x[7], timed.path.points.normal_z[7]) = (cosine, sine);
     let problem = refused(timed, &irb_6700_in_cell(), &Request { azimuth: 0.0, ..REQUEST });
-    assert_eq!((problem.code, problem.field.as_deref()), (codes::E0805, Some("tool.azimuth")));
+    assert_eq!((problem.code, problem.field.as_deref()), (codes::E0808, Some("tool.azimuth")));
     assert!(problem.message.starts_with("at x 10.000 mm, y 0.000 mm, z 0.000 mm (line 1)"), "{}", problem.message);
     assert!(problem.message.contains("is 3.00 deg from"), "{}", problem.message);
 }
@@ -524,9 +634,9 @@ fn a_path_that_is_none_is_refused() {
         let mut timed = raster(2, 5, 5e-3, 1e-2, 0.02, Link::OnSurface);
         change(&mut timed);
         let problem = refused(timed, &irb_6700_in_cell(), &REQUEST);
-        assert_eq!(problem.code, codes::E0812, "change {i}: {problem:?}");
+        assert_eq!(problem.code, codes::E0804, "change {i}: {problem:?}");
     }
     let timed = raster(2, 5, 5e-3, 1e-2, 0.02, Link::OnSurface);
     let problem = refused(timed, &irb_6700_in_cell(), &Request { acceleration: 0.0, ..REQUEST });
-    assert_eq!((problem.code, problem.field.as_deref()), (codes::E0812, Some("dwell.acceleration")));
+    assert_eq!((problem.code, problem.field.as_deref()), (codes::E0804, Some("dwell.acceleration")));
 }

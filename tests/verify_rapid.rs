@@ -23,7 +23,7 @@ struct Built {
 fn build(changes: &[(&str, serde_json::Value)], lines: usize, points: usize, purpose: Purpose) -> Built {
     let job = job_with(changes);
     let motion = plan(&job, curved(raster(lines, points)), purpose);
-    let (draft, _) = target::emit("flat_340", &motion, &job).unwrap_or_else(|p| panic!("{p:?}"));
+    let draft = target::emit("flat_340", &motion, &job).unwrap_or_else(|p| panic!("{p:?}"));
     Built { job, motion, program: draft.0 }
 }
 
@@ -209,7 +209,7 @@ fn hand_edits() -> Vec<Edit> {
         ),
         ("joint move slower", replaced(p, 1, "\\T:=", "\\T:=9"), "E1008", &["the approach of run 1", "time"]),
         ("retract removed", without(move_line(p, 2, 23)), "E1013", &["the retract of run 2", "missing"]),
-        ("digest of a module", replaced(p, 2, "_digest<>\"", "_digest<>\"0"), "E1009", &["Flat340_002.mod", "IF"]),
+        ("digest of a module", replaced(p, 2, "_digest<>\"", "_digest<>\"0"), "E1009", &["Flat340_002.mod", "Flat340_digest<>"]),
         (
             "digest of the main module",
             replaced(p, 0, "_digest:=\"", "_digest:=\"0"),

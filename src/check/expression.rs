@@ -17,7 +17,7 @@ impl Checker<'_> {
     /// The expression, typed; if it does not fit what is wanted, that is said and it has failed.
     pub(super) fn expression(&mut self, place: Place, expr: &Expr, want: Option<&Want>) -> Typed {
         if self.depth >= DEEPEST {
-            let message = format!("this is nested more than {DEEPEST} deep");
+            let message = format!("this expression, with the values that it uses, is nested more than {DEEPEST} deep");
             if !self.diagnostics.iter().any(|d| d.code == codes::E0412) {
                 self.say(
                     Diagnostic::error(codes::E0412, expr.span, message).help("give the inner parts names with `let`"),
@@ -45,7 +45,14 @@ impl Checker<'_> {
             },
             ExprKind::Bool(value) => Typed { span, ty: Type::Bool, kind: TypedKind::Bool(*value) },
             ExprKind::None => Typed { span, ty: Type::None, kind: TypedKind::None },
-            ExprKind::Name(word) => self.name(place, word, span, want),
+            ExprKind::Name(word) => {
+                // One symbol where a list of symbols is expected: known, so that only its brackets are missed.
+                let element = match want.map(|want| (want.ty.required(), &want.what)) {
+                    Some((Type::List(element, _), what)) => Some(Want { ty: (**element).clone(), what: what.clone() }),
+                    _ => None,
+                };
+                self.name(place, word, span, element.as_ref().or(want))
+            }
             ExprKind::Member(base, name) => self.member(place, base, name, span),
             ExprKind::Call(callee, arguments) => self.call(place, callee, arguments, span),
             ExprKind::Record { schema, body } => self.record_expression(place, schema.as_ref(), body, span, want),

@@ -131,7 +131,7 @@ impl Checker<'_> {
                 diagnostic
             }
             (Type::List(_, Some(have)), Type::List(_, Some(need))) if have != need => {
-                let message = format!("{} expects a list of {need}, found a list of {have}", want.what);
+                let message = format!("{} expects a list of {need} values, found one of {have}", want.what);
                 Diagnostic::error(codes::E0310, found.span, message)
             }
             (Type::Optional(_), _) => {
@@ -149,7 +149,11 @@ impl Checker<'_> {
                 }
             }
             _ => {
-                let message = format!("{} expects {wanted}, found {}", want.what, vocabulary.in_words(&found.ty));
+                let found_words = match &found.kind {
+                    TypedKind::Symbol(symbol) => format!("`{symbol}`"),
+                    _ => vocabulary.in_words(&found.ty),
+                };
+                let message = format!("{} expects {wanted}, found {found_words}", want.what);
                 let diagnostic = Diagnostic::error(codes::E0301, found.span, message);
                 match want.ty.required() {
                     Type::List(..) if !matches!(found.ty, Type::List(..)) => {
@@ -179,10 +183,18 @@ impl Checker<'_> {
             let unit = usual_unit(need).map_or_else(|| need.si_unit(), str::to_string);
             let mended = format!("{} {unit}", self.sources.slice(expr.span));
             diagnostic = diagnostic.help(format!("write `{mended}`")).suggest(expr.span, mended);
-        } else if let Some(factor) = missing_factor(units, b, a) {
-            diagnostic = diagnostic.help(format!("on the right, {factor}"));
-        } else if let Some(factor) = a.over(b) {
-            diagnostic = diagnostic.note(format!("the factor between them: {}", side(units, factor)));
+        } else {
+            if let Some(factor) = a.over(b) {
+                diagnostic = diagnostic.note(format!("the factor between them: {}", side(units, factor)));
+            }
+            let literal = |typed: &Typed| matches!(typed.kind, TypedKind::Number(_, Some(_)));
+            if let (true, Some(fitting)) = (literal(right.0), units_that_fit(a)) {
+                diagnostic = diagnostic.help(format!("units that fit on the right: {fitting}"));
+            } else if let (true, Some(fitting)) = (literal(left.0), units_that_fit(b)) {
+                diagnostic = diagnostic.help(format!("units that fit on the left: {fitting}"));
+            } else if let Some(factor) = missing_factor(units, b, a) {
+                diagnostic = diagnostic.help(format!("on the right, {factor}"));
+            }
         }
         self.say(diagnostic);
     }

@@ -88,8 +88,10 @@ impl Checker<'_> {
 
     /// A record of a known schema. `said` is where a missing field is reported.
     fn record(&mut self, place: Place, schema: SchemaId, body: &Block, span: Span, said: Span) -> Typed {
-        let fields = self.entries(place, schema, body, |_| false);
-        self.say_missing_in(place.module, schema, &fields, said, body);
+        let (fields, stray) = self.entries(place, schema, body, |_| false);
+        if !stray {
+            self.say_missing_in(place.module, schema, &fields, said, body);
+        }
         Typed { span, ty: Type::Schema(schema), kind: TypedKind::Record(schema, fields) }
     }
 
@@ -98,7 +100,7 @@ impl Checker<'_> {
         match base.ty.required() {
             Type::Schema(schema) => {
                 let schema = *schema;
-                let fields = self.entries(place, schema, body, |_| false);
+                let (fields, _) = self.entries(place, schema, body, |_| false);
                 Typed { span, ty: Type::Schema(schema), kind: TypedKind::With(Box::new(base), fields) }
             }
             Type::Failed => Typed::failed(span),
@@ -111,15 +113,17 @@ impl Checker<'_> {
         }
     }
 
-    /// The fields that a block gives, each once and of its type. Entries that `skip` takes are left alone.
+    /// The fields that a block gives, each once and of its type, and whether something stands there without a name:
+    /// it may be a field that would be missed. Entries that `skip` takes are left alone.
     fn entries(
         &mut self,
         place: Place,
         schema: SchemaId,
         body: &Block,
         skip: impl Fn(&Name) -> bool,
-    ) -> Vec<FieldValue> {
+    ) -> (Vec<FieldValue>, bool) {
         let mut given: Vec<FieldValue> = Vec::new();
+        let mut stray = false;
         for entry in &body.entries {
             let (name, value) = match &entry.kind {
                 EntryKind::Field { name, .. } if skip(name) => continue,
@@ -129,6 +133,7 @@ impl Checker<'_> {
                     let message =
                         format!("a `{}` has fields, and this is not one", self.vocabulary.schema(schema).name);
                     self.say(Diagnostic::error(codes::E0408, expr.span, message).help("write `name: value`"));
+                    stray = true;
                     continue;
                 }
             };
@@ -168,12 +173,18 @@ impl Checker<'_> {
             };
             given.push(FieldValue { name: field, name_span: name.span, value });
         }
-        given
+        (given, stray)
     }
 
     /// Says that there is no such field; gives the one that was meant, if that is plain.
     pub(super) fn say_unknown_field(&mut self, schema: SchemaId, name: &Name) -> Option<Field> {
         let schema = self.vocabulary.schema(schema);
+        // A syntax error in the schema's file may have swallowed the field's declaration.
+        if self.modules.iter().any(|module| module.file == schema.span.file && !module.broken.is_empty())
+            && !schema.library
+        {
+            return None;
+        }
         let message = format!("`{}` has no field `{}`", schema.name, name.text);
         let mut diagnostic = Diagnostic::error(codes::E0401, name.span, message);
         let names = || schema.fields.iter().map(|field| field.name.as_str());
@@ -220,8 +231,11 @@ impl Checker<'_> {
     }
 
     pub(super) fn job(&mut self, module: ModuleId, name: &Name, body: &Block) -> CheckedJob {
+        // A misspelt `wavelength` is one mistake; that `wave` then lacks a meaning is not another.
+        let fields = self.core.schemas.get("job").map(|schema| &self.vocabulary.schema(*schema).fields);
+        let meant = |word: &str| nearest(word, fields.into_iter().flatten().map(|field| field.name.as_str()));
         let states_wavelength = body.entries.iter().any(|entry| match &entry.kind {
-            EntryKind::Field { name, value } => name.text == "wavelength" && value.kind != ExprKind::None,
+            EntryKind::Field { name, value } => meant(&name.text) == Some("wavelength") && value.kind != ExprKind::None,
             EntryKind::Expr(_) => false,
         });
         let wave = if states_wavelength { Wave::Stated } else { Wave::NotStated };
@@ -247,8 +261,10 @@ impl Checker<'_> {
         }
         let record = match self.core.schemas.get("job").copied() {
             Some(schema) => {
-                let fields = self.entries(place, schema, body, |name| name.text == "require");
-                self.say_missing_in(module, schema, &fields, name.span, body);
+                let (fields, stray) = self.entries(place, schema, body, |name| name.text == "require");
+                if !stray {
+                    self.say_missing_in(module, schema, &fields, name.span, body);
+                }
                 Typed { span: name.span, ty: Type::Schema(schema), kind: TypedKind::Record(schema, fields) }
             }
             None => Typed::failed(name.span),

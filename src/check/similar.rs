@@ -1,20 +1,26 @@
 //! Did you mean: the known name nearest to a misspelt one.
 
 /// The name nearest to `word` by edits (insert, drop, replace, swap neighbours; case does not count), if it is near
-/// enough to be meant: a third of the word's length, at least one edit.
+/// enough to be meant (a third of the word's length, at least one edit) and no other is as near.
 pub fn nearest<'a>(word: &str, names: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     // A name of more than 64 letters is no slip of the finger, and the table below would grow with its square.
     if word.chars().count() > 64 {
         return None;
     }
     let allowed = (word.chars().count() / 3).max(1);
-    names
+    let mut near: Vec<(usize, &str)> = names
         .into_iter()
         .filter(|name| name.chars().count() <= 64)
         .map(|name| (edits(word, name), name))
         .filter(|(distance, name)| *distance <= allowed && *distance < name.chars().count())
-        .min()
-        .map(|(_, name)| name)
+        .collect();
+    near.sort_unstable();
+    near.dedup();
+    // Of two names that are equally near neither is proposed: `plus_z` for `plus_x` would turn a map around.
+    match near.as_slice() {
+        [(distance, name), rest @ ..] if rest.first().is_none_or(|(next, _)| next > distance) => Some(name),
+        _ => None,
+    }
 }
 
 /// The least number of edits between two words (optimal string alignment), ignoring case.
@@ -55,6 +61,8 @@ mod tests {
         assert_eq!(nearest("line_pithc", names), Some("line_pitch"));
         assert_eq!(nearest("Lines", names), Some("lines"));
         assert_eq!(nearest("precession", names), None);
+        // Two names are equally near.
+        assert_eq!(nearest("plus_z", ["plus_x", "plus_y"]), None);
         // One letter is not near to any other letter.
         assert_eq!(nearest("x", ["y"]), None);
     }

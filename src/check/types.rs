@@ -3,6 +3,7 @@
 //! In: nothing but names and dimensions. Out: [`Type`], which value fits which type, and the words that messages use.
 
 use crate::source::Span;
+use crate::syntax::ast::BinaryOp;
 use crate::units::{Dimension, UnitTable};
 use std::sync::Arc;
 
@@ -94,15 +95,10 @@ pub struct Family {
 #[derive(Clone, Debug)]
 pub struct Limit {
     pub text: String,
-    pub kind: LimitKind,
-}
-
-#[derive(Clone, Debug)]
-pub enum LimitKind {
-    /// `2 mm .. 30 mm`, ends included.
-    Range(Typed, Typed),
-    /// `> 0 mm and <= 90 deg`.
-    Comparisons(Vec<(crate::syntax::ast::BinaryOp, Typed)>),
+    /// Whether it was written as a range, `2 mm .. 30 mm`, rather than as comparisons.
+    pub is_range: bool,
+    /// All of these hold; of a range, its two ends, included.
+    pub bounds: Vec<(BinaryOp, Typed)>,
 }
 
 /// A field of a schema.
@@ -197,6 +193,26 @@ impl Vocabulary {
                 found.dimension() == wanted.dimension()
             }
             (found, wanted) => found == wanted,
+        }
+    }
+
+    /// The type as a schema writes it, on one line.
+    pub fn type_text(&self, ty: &Type) -> String {
+        match ty {
+            Type::Quantity(dimension) => self.units.describe(*dimension),
+            Type::Integer => "Integer".into(),
+            Type::Bool => "Bool".into(),
+            Type::Text => "Text".into(),
+            Type::File => "File".into(),
+            Type::Symbols(symbols) => symbols.iter().map(|s| s.name.as_str()).collect::<Vec<_>>().join(" | "),
+            Type::Schema(id) => self.schema(*id).name.clone(),
+            Type::Family(id) => self.family(*id).name.clone(),
+            Type::List(element, Some(length)) => format!("[{}; {length}]", self.type_text(element)),
+            Type::List(element, None) => format!("[{}]", self.type_text(element)),
+            Type::Range(end) => format!("{0} .. {0}", self.type_text(end)),
+            Type::Optional(inner) => format!("{}?", self.type_text(inner)),
+            Type::None => "none".into(),
+            Type::Failed => String::new(),
         }
     }
 

@@ -77,11 +77,18 @@ impl Checker<'_> {
 
     fn say_unknown_unit(&mut self, name: &Name, wanted: Option<Dimension>) {
         let mut diagnostic = Diagnostic::error(codes::E0210, name.span, format!("there is no unit `{}`", name.text));
-        if let Some(near) = nearest(&name.text, self.vocabulary.units.unit_names()) {
+        // A unit that would fit here is meant rather than one that would not: `mm` for `MM`, not `mN`.
+        let table = &self.vocabulary.units;
+        let fits = |unit: &&str| wanted.is_none() || table.unit(unit).map(UnitMeaning::dimension) == wanted;
+        if let Some(near) = nearest(&name.text, table.unit_names().filter(fits)) {
             diagnostic = diagnostic.help(format!("did you mean `{near}`?")).suggest(name.span, near);
         }
         if let Some(fitting) = wanted.and_then(units_that_fit) {
             diagnostic = diagnostic.note(format!("units that fit here: {fitting}"));
+        }
+        // No unit's name has more than six letters.
+        if diagnostic.help.is_none() && name.text.chars().count() > 6 {
+            diagnostic = diagnostic.help("units are written short, as in `4 mm`, `20 deg`, `3 s`");
         }
         self.say(diagnostic);
     }

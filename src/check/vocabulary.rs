@@ -5,7 +5,7 @@
 
 use super::load::ModuleId;
 use super::names::BUILT_IN_TYPES;
-use super::types::{Family, Field, Limit, LimitKind, Schema, SchemaId, Symbol, Type};
+use super::types::{Family, Field, Limit, Schema, SchemaId, Symbol, Type};
 use super::{Binding, Checker, Place, Want};
 use crate::diagnostics::{Diagnostic, codes};
 use crate::source::Span;
@@ -53,8 +53,12 @@ impl<'a> Checker<'a> {
                     name: field.name.text.clone(),
                     doc: field.doc.clone(),
                     span: field.name.span,
+                    type_text: match self.sources.slice(field.ty.span) {
+                        // Symbols with doc comments take several lines.
+                        text if text.contains('\n') => self.vocabulary.type_text(&ty),
+                        text => text.to_string(),
+                    },
                     ty,
-                    type_text: self.sources.slice(field.ty.span).to_string(),
                     default: None,
                     default_text: field.default.as_ref().map(|value| self.sources.slice(value.span).to_string()),
                     restriction: None,
@@ -370,10 +374,13 @@ impl<'a> Checker<'a> {
                 let want = Want { ty: Type::Range(Box::new(element.clone())), what: format!("the limit of {what}") };
                 let checked = self.expression(place, range, Some(&want));
                 let text = self.sources.slice(range.span).to_string();
-                match checked.kind {
-                    super::typed::TypedKind::Range(from, to) => Limit { text, kind: LimitKind::Range(*from, *to) },
-                    _ => Limit { text, kind: LimitKind::Comparisons(Vec::new()) },
-                }
+                let bounds = match checked.kind {
+                    super::typed::TypedKind::Range(from, to) => {
+                        vec![(BinaryOp::GreaterEqual, *from), (BinaryOp::LessEqual, *to)]
+                    }
+                    _ => Vec::new(),
+                };
+                Limit { text, is_range: true, bounds }
             }
             Restriction::Comparisons(comparisons) => {
                 let mut text = Vec::new();
@@ -383,7 +390,7 @@ impl<'a> Checker<'a> {
                     let checked = self.wanted(place, bound, element.clone(), format!("the limit of {what}"));
                     kept.push((*operator, checked));
                 }
-                Limit { text: text.join(" and "), kind: LimitKind::Comparisons(kept) }
+                Limit { text: text.join(" and "), is_range: false, bounds: kept }
             }
         }
     }

@@ -54,7 +54,7 @@ impl fmt::Debug for Code {
 macro_rules! codes {
     ($($code:ident)*) => {
         $(
-            #[doc = include_str!(concat!("../../docs/errors/", stringify!($code), ".md"))]
+            #[doc = concat!("Its page is `docs/errors/", stringify!($code), ".md`.")]
             pub const $code: Code = Code(stringify!($code));
         )*
         const PAGES: &[(&str, &str)] = &[
@@ -164,14 +164,12 @@ codes! {
     E0640
     E0641
     E0642
-    E0643
     E0644
     E0645
     // dwell
     E0700
     E0701
     E0702
-    E0703
     E0704
     E0705
     E0706
@@ -194,8 +192,6 @@ codes! {
     E0808
     E0809
     E0810
-    E0811
-    E0812
     // target
     E0900
     E0901
@@ -204,9 +200,6 @@ codes! {
     E0904
     E0905
     E0906
-    E0907
-    E0908
-    W0906
     // verify
     E1000
     E1001

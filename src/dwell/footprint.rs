@@ -53,9 +53,9 @@ pub(super) mod examples {
     pub fn gaussian(peak: f64, sigma: f64, radius: f64) -> Footprint<'static> {
         let rate = move |x: f64, y: f64| {
             let square = x * x + y * y;
-            if square <= radius * radius { peak * (-square / (2.0 * sigma * sigma)).exp() } else { 0.0 }
+            if square <= radius * radius { peak * libm::exp(-square / (2.0 * sigma * sigma)) } else { 0.0 }
         };
-        let volume = 2.0 * PI * sigma * sigma * peak * (1.0 - (-radius * radius / (2.0 * sigma * sigma)).exp());
+        let volume = 2.0 * PI * sigma * sigma * peak * (1.0 - libm::exp(-radius * radius / (2.0 * sigma * sigma)));
         Footprint::new(rate, radius, volume, sigma)
     }
 }

@@ -8,6 +8,8 @@
 //! what will come of it. Model and notation: region-adaptive and full-aperture dwell with segments as unknowns, bounded
 //! least squares by projected Barzilai-Borwein steps, even layer free, fixed or held.
 
+mod feasibility;
+mod field;
 pub mod footprint;
 mod fourier;
 pub mod least_squares;
@@ -16,8 +18,9 @@ pub mod prediction;
 pub mod removal;
 pub mod speed;
 
+pub use feasibility::check_segment_times;
 pub use footprint::{Footprint, floor_depth};
-pub use plan::{Figures, Outcome, Task, check_segment_times, predict, solve};
+pub use plan::{Figures, Outcome, Task, predict, solve};
 
 use crate::path::ToolPath;
 

@@ -2,13 +2,15 @@
 //!
 //! In: a [`Task`]. Out: an [`Outcome`], or what makes the run impossible, with the number that would mend it.
 
+use super::feasibility::{check_base, check_resolution, check_start, limits, warn};
+use super::field::Field;
 use super::footprint::{Footprint, floor_depth};
 use super::least_squares::{self, Base, LinearOperator, Stop, Wanted};
-use super::removal::{Removal, Samples, Window};
+use super::removal::{Removal, Samples};
 use super::speed::{self, Limits, Segments};
 use super::{TimedPath, prediction};
 use crate::diagnostics::{Problem, codes};
-use crate::job::{Aperture, Controller, Corrective, Piston};
+use crate::job::{Aperture, Corrective};
 use crate::metrology::Grid;
 use crate::path::{self, Link, ToolPath};
 use crate::tool::InfluenceFunction;
@@ -93,7 +95,7 @@ const STOP: Stop =
 /// # Errors
 ///
 /// E0644 (a line ends over the part), E0700 (feed, acceleration or fraction unusable), E0701 (the arm cannot reach the
-/// least feed in one segment), E0702 (the floor is deeper than what is wanted), E0703 (the map does not cover the clear
+/// least feed in one segment), E0702 (the floor is deeper than what is wanted), E0509 (the map does not cover the clear
 /// aperture), E0704 (the path does not reach part of it), E0705 (nothing to remove), E0706 (pixels too coarse).
 pub fn solve(task: Task, warnings: &mut Vec<Problem>) -> Result<Outcome, Problem> {
     let dwell = task.dwell;
@@ -184,7 +186,7 @@ pub fn solve(task: Task, warnings: &mut Vec<Problem>) -> Result<Outcome, Problem
 ///
 /// # Errors
 ///
-/// E0703 (the map does not cover the clear aperture).
+/// E0509 (the map does not cover the clear aperture).
 pub fn predict(
     timed: TimedPath,
     footprint: &Footprint,
@@ -233,164 +235,6 @@ pub fn predict(
     Ok(Outcome { timed, removal, residual, figures })
 }
 
-/// Refuses segments that pass faster than the controller takes new moves (E0707), and warns of those that are quicker
-/// than is usual for it (W0705).
-pub fn check_segment_times(
-    timed: &TimedPath,
-    dwell: &Corrective,
-    controller: &Controller,
-    warnings: &mut Vec<Problem>,
-) -> Result<(), Problem> {
-    let limits = Limits { least: dwell.feed.from.0, greatest: dwell.feed.to.0, acceleration: dwell.acceleration.0 };
-    let segments = Segments::new(&timed.path);
-    let speeds: Vec<f64> = segments.point.iter().map(|&p| timed.speed[p]).collect();
-    let times = speed::times(&speeds, &segments, &limits);
-    let Some(i) = (0..times.len()).min_by(|&a, &b| times[a].total_cmp(&times[b])) else { return Ok(()) };
-    let [x, y, _] = timed.path.points.position(segments.point[i]);
-    let say = |limit: f64| {
-        format!(
-            "the move to x {:.3} mm, y {:.3} mm takes {:.2} ms at {:.3} mm/s, less than the {:.2} ms of controller `{}`",
-            x * 1e3,
-            y * 1e3,
-            times[i] * 1e3,
-            speeds[i] * 1e3,
-            limit * 1e3,
-            controller.name
-        )
-    };
-    let help = "lower the upper end of `feed`, or make `point_step` longer";
-    if times[i] < controller.segment_time_least.0 {
-        return Err(Problem::error(codes::E0707, "dwell.feed", say(controller.segment_time_least.0)).help(help));
-    }
-    if times[i] < controller.segment_time_usual.0 {
-        let usual = controller.segment_time_usual.0;
-        let count = times.iter().filter(|time| **time < usual).count();
-        warnings.push(
-            Problem::warning(codes::W0705, "dwell.feed", say(usual))
-                .note(format!("{count} of {} moves are that short", times.len()))
-                .help(help),
-        );
-    }
-    Ok(())
-}
-
-/// The error map where it counts: its pixels around the clear aperture.
-struct Field {
-    window: Window,
-    /// Metres; zero where the weight is.
-    values: Vec<f64>,
-    /// Part of the pixel's area that counts: 0 or 1 on the map's own pixels.
-    weights: Vec<f64>,
-    /// Column and row of the window's first pixel in the map, and the map's columns.
-    corner: [usize; 2],
-    map_columns: usize,
-}
-
-impl Field {
-    fn new(error: &Grid, clear: &Aperture) -> Result<Field, Problem> {
-        let bounds = clear.bounds();
-        let size = [error.columns, error.rows];
-        let refuse = |message: String| {
-            Problem::error(codes::E0703, "workpiece.error", message).help(
-                "measure a larger area, make `clear` smaller, or check `pixel`, `centre` and `fill_below` of the map",
-            )
-        };
-        let (mut corner, mut count) = ([0; 2], [0; 2]);
-        for axis in 0..2 {
-            // Pixels whose centre can lie inside the clear aperture.
-            let first = ((bounds.min[axis] - error.origin[axis]) / error.pixel[axis]).ceil();
-            let last = ((bounds.max[axis] - error.origin[axis]) / error.pixel[axis]).floor();
-            if !(first >= 0.0 && last < size[axis] as f64) {
-                return Err(refuse("the map is smaller than the clear aperture".to_string()));
-            }
-            if last < first {
-                return Err(refuse("not one pixel of the map lies inside the clear aperture".to_string()));
-            }
-            corner[axis] = first as usize;
-            count[axis] = (last - first) as usize + 1;
-        }
-        let window = Window {
-            columns: count[0],
-            rows: count[1],
-            pixel: error.pixel,
-            origin: error.position(corner[1], corner[0]),
-        };
-        let mut field = Field { window, values: Vec::new(), weights: Vec::new(), corner, map_columns: error.columns };
-        for i in 0..window.len() {
-            let [x, y] = window.position(i);
-            let height = error.values[field.place_in_map(i)];
-            let inside = clear.contains(x, y);
-            if inside && !height.is_finite() {
-                let message = format!(
-                    "the map knows nothing at x {:.3} mm, y {:.3} mm inside the clear aperture",
-                    x * 1e3,
-                    y * 1e3
-                );
-                return Err(refuse(message));
-            }
-            field.values.push(if inside { height } else { 0.0 });
-            field.weights.push(if inside { 1.0 } else { 0.0 });
-        }
-        if field.weights.iter().all(|weight| *weight == 0.0) {
-            return Err(refuse("not one pixel of the map lies inside the clear aperture".to_string()));
-        }
-        Ok(field)
-    }
-
-    fn place_in_map(&self, i: usize) -> usize {
-        (self.corner[1] + i / self.window.columns) * self.map_columns + self.corner[0] + i % self.window.columns
-    }
-
-    /// The greatest height inside the clear aperture.
-    fn greatest(&self) -> f64 {
-        let inside = self.values.iter().zip(&self.weights).filter(|(_, weight)| **weight > 0.0);
-        inside.fold(f64::NEG_INFINITY, |most, (value, _)| most.max(*value))
-    }
-
-    /// Root mean square about the mean, weighted.
-    fn rms(&self) -> f64 {
-        let weight: f64 = self.weights.iter().sum();
-        let mean = |value: &dyn Fn(f64) -> f64| {
-            self.values.iter().zip(&self.weights).map(|(v, w)| w * value(*v)).sum::<f64>() / weight
-        };
-        let centre = mean(&|v| v);
-        mean(&|v| (v - centre) * (v - centre)).sqrt()
-    }
-
-    /// Means over whole pixels that stay at most `side` wide, weighted by the area that counts. The field itself where
-    /// its pixels are that wide already.
-    fn binned(&self, side: f64) -> Field {
-        let factor = self.window.pixel.map(|pixel| ((side / pixel).floor() as usize).max(1));
-        let [fx, fy] = factor;
-        let fine = &self.window;
-        let window = Window {
-            columns: fine.columns.div_ceil(fx),
-            rows: fine.rows.div_ceil(fy),
-            pixel: [fine.pixel[0] * fx as f64, fine.pixel[1] * fy as f64],
-            origin: [0, 1].map(|a| fine.origin[a] + (factor[a] - 1) as f64 / 2.0 * fine.pixel[a]),
-        };
-        let mut binned = Field {
-            window,
-            values: vec![0.0; window.len()],
-            weights: vec![0.0; window.len()],
-            corner: self.corner,
-            map_columns: self.map_columns,
-        };
-        for i in 0..fine.len() {
-            let to = i / fine.columns / fy * window.columns + i % fine.columns / fx;
-            binned.values[to] += self.weights[i] * self.values[i];
-            binned.weights[to] += self.weights[i];
-        }
-        for (value, weight) in binned.values.iter_mut().zip(&mut binned.weights) {
-            if *weight > 0.0 {
-                *value /= *weight;
-            }
-            *weight /= (fx * fy) as f64;
-        }
-        binned
-    }
-}
-
 /// A grid like `like`, unknown everywhere.
 fn nowhere(like: &Grid) -> Grid {
     Grid { values: vec![f64::NAN; like.values.len()], ..like.clone() }
@@ -400,148 +244,6 @@ fn raise(upper: &mut [f64], lower: &[f64]) {
     for (upper, lower) in upper.iter_mut().zip(lower) {
         *upper = upper.max(*lower);
     }
-}
-
-fn limits(dwell: &Corrective, step: f64) -> Result<Limits, Problem> {
-    let (least, greatest, acceleration) = (dwell.feed.from.0, dwell.feed.to.0, dwell.acceleration.0);
-    let refuse = |field: &str, message: String| Err(Problem::error(codes::E0700, format!("dwell.{field}"), message));
-    if !(least > 0.0 && least <= greatest && greatest.is_finite()) {
-        let message = format!(
-            "the feed from {:.4} mm/s to {:.4} mm/s is not a range of positive speeds",
-            least * 1e3,
-            greatest * 1e3
-        );
-        return refuse("feed", message);
-    }
-    if !((greatest / step * (1.0 + 1e-12)).floor() >= (least / step * (1.0 - 1e-12)).ceil()) {
-        let message =
-            format!("the feed holds no speed that the controller can be told, in steps of {} mm/s", step * 1e3);
-        return refuse("feed", message);
-    }
-    if !(acceleration > 0.0 && acceleration.is_finite()) {
-        return refuse(
-            "acceleration",
-            format!("the acceleration is {} mm/s²; it must be positive", acceleration * 1e3),
-        );
-    }
-    let fraction = dwell.removal_fraction;
-    if !(fraction > 0.0 && fraction <= 1.0) {
-        let message = format!("`removal_fraction` is {} %; it must lie above 0 % and at most at 100 %", fraction * 1e2);
-        return refuse("removal_fraction", message);
-    }
-    Ok(Limits { least, greatest, acceleration })
-}
-
-/// The least feed must be reachable from rest within half a segment, where a line ends.
-fn check_start(segments: &Segments, limits: &Limits) -> Result<(), Problem> {
-    let shortest = segments.length.iter().fold(f64::INFINITY, |a, b| a.min(*b));
-    let reachable = (limits.acceleration * shortest).sqrt();
-    if limits.least <= reachable {
-        return Ok(());
-    }
-    let message = format!(
-        "at {:.3} mm/s² the arm gets from rest to {:.4} mm/s and back within a move of {:.3} mm, which is slower than \
-         the least feed of {:.4} mm/s",
-        limits.acceleration * 1e3,
-        reachable * 1e3,
-        shortest * 1e3,
-        limits.least * 1e3
-    );
-    Err(Problem::error(codes::E0701, "dwell.feed", message).help("lower the least feed, or make `point_step` longer"))
-}
-
-fn check_resolution(
-    field: &Field,
-    footprint: &Footprint,
-    line_pitch: f64,
-    warnings: &mut Vec<Problem>,
-) -> Result<(), Problem> {
-    let pixel = field.window.pixel[0].max(field.window.pixel[1]);
-    let message = format!(
-        "the map's pixels of {:.3} mm are coarse beside the spot, whose sigma is {:.3} mm",
-        pixel * 1e3,
-        footprint.sigma * 1e3
-    );
-    if pixel > footprint.sigma / 2.0 {
-        return Err(Problem::error(codes::E0706, "workpiece.error", message)
-            .note("pixels wider than half a sigma cannot carry what the tool removes")
-            .help(format!("use a map with pixels of at most {:.3} mm", footprint.sigma / 4.0 * 1e3)));
-    }
-    if pixel > footprint.sigma / 4.0 {
-        warnings.push(
-            Problem::warning(codes::W0700, "workpiece.error", message)
-                .note("the predicted removal is right to a few per cent only")
-                .help(format!("use a map with pixels of at most {:.3} mm", footprint.sigma / 4.0 * 1e3)),
-        );
-    }
-    // Lines at a distance p of Gaussian profile with width sigma leave a ripple of 2 exp(-2 pi² sigma²/p²) of the depth
-    // (the first term of the Fourier series): 0.03 % at 1.5 sigma, 1.4 % at 2 sigma.
-    if line_pitch > 1.5 * footprint.sigma {
-        let ratio = std::f64::consts::PI * footprint.sigma / line_pitch;
-        let ripple = 2.0 * libm::exp(-2.0 * ratio * ratio);
-        let message = format!(
-            "lines {:.3} mm apart leave a ripple of about {:.1} % of the removal, since the spot's sigma is {:.3} mm",
-            line_pitch * 1e3,
-            ripple * 1e2,
-            footprint.sigma * 1e3
-        );
-        warnings.push(
-            Problem::warning(codes::W0701, "path.line_pitch", message)
-                .help(format!("a `line_pitch` of {:.3} mm leaves less than 0.1 %", 1.5 * footprint.sigma * 1e3)),
-        );
-    }
-    Ok(())
-}
-
-/// The even layer that the solver may take, after the checks of what the path must take.
-fn check_base(
-    piston: &Piston,
-    highest: f64,
-    floor: f64,
-    footprint: &Footprint,
-    limits: &Limits,
-) -> Result<Base, Problem> {
-    let (base, field, most, what) = match piston {
-        Piston::free(free) => {
-            let most = free.at_most.map_or(f64::INFINITY, |depth| depth.0);
-            (Base::AtMost(most), "dwell.piston.at_most", most, "the even layer of at most")
-        }
-        Piston::fixed(fixed) => {
-            (Base::Fixed(fixed.depth.0), "dwell.piston.depth", fixed.depth.0, "the fixed even layer of")
-        }
-        // Without an even layer the highest place still must lose more than the path takes everywhere.
-        Piston::held(_) => (Base::Fixed(0.0), "dwell.piston", highest, "the highest place, which asks for"),
-    };
-    let layer = match base {
-        Base::Fixed(depth) => depth,
-        Base::AtMost(most) => most,
-    };
-    if !(layer + highest > 0.0) {
-        let message = "nowhere in the clear aperture is there anything to remove";
-        return Err(Problem::error(codes::E0705, "workpiece.error", message)
-            .help("check `positive` and `subtract` of the map, or allow an even layer: `piston: free {}`"));
-    }
-    if floor > most {
-        let message = format!(
-            "even at its greatest feed the path removes {:.3} nm everywhere, more than {what} {:.3} nm",
-            floor * 1e9,
-            most * 1e9
-        );
-        // V / (v pitch) = most, solved for each of its three factors.
-        let factor = floor / most.max(0.0);
-        let help = if factor.is_finite() {
-            format!(
-                "raise the feed above {:.3} mm/s, or make `line_pitch` {factor:.2} times as wide, or use a spot that \
-                 removes less than {:.4} mm³/min, or allow a deeper layer",
-                limits.greatest * factor * 1e3,
-                footprint.volume_rate / factor * 60e9
-            )
-        } else {
-            "allow an even layer: `piston: free {}`".to_string()
-        };
-        return Err(Problem::error(codes::E0702, field, message).help(help));
-    }
-    Ok(base)
 }
 
 /// Times to start from: as long on each segment as the wanted depth around it asks for, against what a unit of
@@ -560,7 +262,7 @@ fn start(
     let mean = (0..unit.len()).filter(|&i| inside(i)).map(|i| unit[i]).sum::<f64>() / count as f64;
     // A pixel that the path reaches with less than a hundredth of the usual strength would need a feed a hundred times
     // slower than its neighbours': the path does not cover it.
-    if let Some(i) = (0..unit.len()).find(|&i| inside(i) && !(unit[i] > 0.01 * mean)) {
+    if let Some(i) = (0..unit.len()).find(|&i| inside(i) && unit[i] <= 0.01 * mean) {
         let [x, y] = field.window.position(i);
         let message = format!("the path does not reach x {:.3} mm, y {:.3} mm in the clear aperture", x * 1e3, y * 1e3);
         return Err(Problem::error(codes::E0704, "path.over", message)
@@ -620,43 +322,4 @@ fn link_time(timed: &TimedPath, limits: &Limits) -> f64 {
             link_length(&timed.path, &pair[0], &pair[1]) / speed + speed / limits.acceleration
         })
         .sum()
-}
-
-fn warn(figures: &Figures, dwell: &Corrective, warnings: &mut Vec<Problem>) {
-    // A tenth of the times at a bound is where the reference study saw the residual suffer.
-    if figures.at_bounds > 0.1 {
-        let message =
-            format!("{:.0} % of the moves over the clear aperture run at an end of `feed`", figures.at_bounds * 1e2);
-        warnings.push(
-            Problem::warning(codes::W0702, "dwell.feed", message)
-                .note("the solver would go faster or slower there; the residual suffers")
-                .help("widen `feed`, or allow a deeper even layer in `piston`"),
-        );
-    }
-    if let Piston::free(free) = &dwell.piston
-        && let Some(most) = free.at_most
-        && figures.base > 1.05 * most.0
-    {
-        let message = format!(
-            "the even layer will be {:.3} nm, more than the {:.3} nm that the piston may have",
-            figures.base * 1e9,
-            most.0 * 1e9
-        );
-        warnings.push(
-            Problem::warning(codes::W0703, "dwell.piston.at_most", message)
-                .note("valleys deeper than the layer lose glass too, since no feed is fast enough to remove nothing")
-                .help("raise `at_most`, or the upper end of `feed`"),
-        );
-    }
-    if figures.rms > figures.before_rms {
-        let message = format!(
-            "the run is predicted to leave the part worse: {:.3} nm RMS, from {:.3} nm",
-            figures.rms * 1e9,
-            figures.before_rms * 1e9
-        );
-        warnings.push(
-            Problem::warning(codes::W0704, "dwell", message)
-                .help("do not run it; the error may be finer than the spot"),
-        );
-    }
 }

@@ -374,7 +374,7 @@ mod tests {
             (0..160).map(|i| ((i % 4) as f64 * 7e-3 - 10.5e-3, (i / 4) as f64 * 0.5e-3 - 9.7e-3)).collect();
         let samples = Samples::segments(&path(&places), SIGMA / 2.0);
         let window = window(41, 41, 0.24 * SIGMA);
-        let times: Vec<f64> = (0..120).map(|i| 1.0 + (i as f64 * 0.3).sin()).collect();
+        let times: Vec<f64> = (0..120).map(|i| 1.0 + libm::sin(i as f64 * 0.3)).collect();
         let exact = deposit(&samples, &times, &footprint, &window);
         let mut operator = Removal::new(&samples, &footprint, window);
         let mut found = vec![0.0; window.len()];

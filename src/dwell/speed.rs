@@ -253,12 +253,11 @@ mod tests {
             lengths in prop::collection::vec(1e-3f64..6e-3, 1..12),
             wanted in prop::collection::vec(1e-3f64..0.1, 12),
             acceleration in 0.01f64..2.0,
-            decimals in 3i32..8,
+            step in prop::sample::select(vec![1e-3, 1e-4, 1e-5, 1e-6, 1e-7]),
         ) {
             let segments = line(&lengths);
             let n = lengths.len();
             let limits = Limits { least: 1e-3, greatest: 0.1, acceleration };
-            let step = 10f64.powi(-decimals);
             let mut speeds = wanted[..n].to_vec();
             round(&mut speeds, &segments, &limits, step);
             let mut before = 0.0f64;

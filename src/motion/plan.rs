@@ -35,11 +35,8 @@ const FARTHEST: f64 = 1e3;
 pub fn plan(timed: TimedPath, robot: &job::Robot, request: &Request) -> Result<Checked<Motion>, Problem> {
     let station = Station::new(robot)?;
     check_path(&timed, request)?;
-    let timed = match request.purpose {
-        Purpose::Polish => timed,
-        Purpose::DryRun => slowed(timed, &station, request)?,
-    };
     let spans = split(&timed.path.lines, request.points_per_run)?;
+    let timed = slowed(timed, &spans, &station, request)?;
     let lift = match request.purpose {
         Purpose::Polish => 0.0,
         Purpose::DryRun => station.travel_height,
@@ -78,7 +75,7 @@ pub fn plan(timed: TimedPath, robot: &job::Robot, request: &Request) -> Result<C
 
 /// Refuses a path that cannot be travelled at all.
 fn check_path(timed: &TimedPath, request: &Request) -> Result<(), Problem> {
-    let bad = |field: &str, message: String| Err(Problem::error(codes::E0812, field, message));
+    let bad = |field: &str, message: String| Err(Problem::error(codes::E0804, field, message));
     let points = &timed.path.points;
     let count = points.len();
     if count == 0 || timed.path.lines.is_empty() {
@@ -126,8 +123,9 @@ fn check_path(timed: &TimedPath, request: &Request) -> Result<(), Problem> {
     Ok(())
 }
 
-/// The speeds of a dry run: at most the travel speed, in whole steps of the target.
-fn slowed(mut timed: TimedPath, station: &Station, request: &Request) -> Result<TimedPath, Problem> {
+/// The speeds as they are driven: at most the travel speed, in whole steps of the target, on the way down to the first
+/// point of a run; in a dry run everywhere.
+fn slowed(mut timed: TimedPath, spans: &[Span], station: &Station, request: &Request) -> Result<TimedPath, Problem> {
     let step = request.speed_step;
     // A millionth of a step more than whole steps is the rounding of the division.
     let most = (station.travel_speed / step + 1e-6).floor() * step;
@@ -139,8 +137,14 @@ fn slowed(mut timed: TimedPath, station: &Station, request: &Request) -> Result<
         );
         return Err(Problem::error(codes::E0803, "robot.cell.travel.speed", message));
     }
-    for speed in &mut timed.speed {
-        *speed = speed.min(most);
+    match request.purpose {
+        Purpose::Polish => {
+            for span in spans {
+                let down = &mut timed.speed[span.points.start];
+                *down = down.min(most);
+            }
+        }
+        Purpose::DryRun => timed.speed.iter_mut().for_each(|speed| *speed = speed.min(most)),
     }
     Ok(timed)
 }
@@ -175,7 +179,7 @@ fn tool_poses(timed: &TimedPath, distance: f64, azimuth: f64) -> Result<(Vec<[f6
             libm::asin(sine.min(1.0)).to_degrees()
         );
         return Err(
-            Problem::error(codes::E0805, "tool.azimuth", message).help("choose an azimuth across the slope there")
+            Problem::error(codes::E0808, "tool.azimuth", message).help("choose an azimuth across the slope there")
         );
     }
     for i in 1..quaternion.len() {
@@ -202,7 +206,7 @@ fn too_near(near: TooNear, field: &str, what: &str) -> Problem {
         in_millimetres(near.point),
         near.least * 1e3
     );
-    Problem::error(codes::E0811, field, message)
+    Problem::error(codes::E0805, field, message)
         .note("checked are a ball in place of the tool and the part; nothing else of tool, arm and cell is known")
         .help("choose another pose, from which the tool comes from above, or a larger `travel.height`")
 }

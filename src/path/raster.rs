@@ -87,8 +87,8 @@ fn grown(aperture: &Aperture) -> Aperture {
 ///
 /// # Errors
 ///
-/// E0640: a number that is not positive. E0641: more points than `most_points`, said before any is made. E0642: `over`
-/// has a hole. E0643: a point lies where the form does not exist.
+/// E0640: a number that is not positive, or a point where the form does not exist. E0641: more points than `most_points`,
+/// said before any is made. E0642: `over` has a hole.
 pub fn plan(raster: &Raster, form: &Form, most_points: u64) -> Result<ToolPath, Problem> {
     for (name, value) in [("point_step", raster.point_step.0), ("line_pitch", raster.line_pitch.0)] {
         if !(value > 0.0 && value.is_finite()) {
@@ -124,7 +124,7 @@ pub fn plan(raster: &Raster, form: &Form, most_points: u64) -> Result<ToolPath, 
                     x * 1e3,
                     y * 1e3
                 );
-                return Err(Problem::error(codes::E0643, "path.over", message).help("make `over` smaller"));
+                return Err(Problem::error(codes::E0640, "path.over", message).help("make `over` smaller"));
             };
             path.points.push([x, y, surface.sag], surface.normal());
         }
@@ -205,7 +205,7 @@ mod tests {
             let turned = planned(&raster(circle(10.0), 1.0, 1.0, degrees, Lines::serpentine));
             assert_eq!(turned.points.len(), straight.points.len(), "{degrees} deg");
             // Each point is the straight one, turned.
-            let (sin, cos) = degrees.to_radians().sin_cos();
+            let (sin, cos) = libm::sincos(degrees.to_radians());
             for i in 0..turned.points.len() {
                 let [x, y, _] = straight.points.position(i);
                 let [tx, ty, _] = turned.points.position(i);
@@ -249,7 +249,7 @@ mod tests {
             let [end, start] = [pair[0].points.end - 1, pair[1].points.start].map(|i| path.points.position(i));
             // From one line to the next along the circle of radius 25: never farther than the chord that drops one
             // pitch at the pole, sqrt(2 * 25 * 0.5) = 5 mm, and a step at either end.
-            assert!((end[0] - start[0]).hypot(end[1] - start[1]) <= 7.1e-3);
+            assert!(libm::hypot(end[0] - start[0], end[1] - start[1]) <= 7.1e-3);
         }
         let way = |path: &ToolPath, line: &Line| {
             let [a, b] = [line.points.start, line.points.end - 1].map(|i| path.points.position(i));

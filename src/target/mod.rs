@@ -7,7 +7,7 @@ pub mod number;
 pub mod rapid;
 
 use crate::diagnostics::Problem;
-use crate::diagnostics::codes::E0907;
+use crate::diagnostics::codes::E0905;
 use crate::job::{Job, Target};
 use crate::motion::{Checked, Motion};
 
@@ -16,8 +16,6 @@ use crate::motion::{Checked, Motion};
 pub struct ProgramFile {
     /// File name without folder.
     pub name: String,
-    /// Points of the path that the file moves through; 0 for a main module, and for a file from the disk.
-    pub points: usize,
     pub bytes: Vec<u8>,
 }
 
@@ -31,10 +29,9 @@ pub struct Program {
 #[derive(Clone, Debug)]
 pub struct Draft<T>(pub T);
 
-/// The program text of `motion` in the language of the job's target, with warnings beside it.
-///
-/// `name` is the job's name, for the comments at the head of the text. Errors: `E0900` to `E0908`.
-pub fn emit(name: &str, motion: &Checked<Motion>, job: &Job) -> Result<(Draft<Program>, Vec<Problem>), Vec<Problem>> {
+/// The program text of `motion` in the language of the job's target; `name` is the job's name, for the comments at the
+/// head of the text. Errors: those of the target.
+pub fn emit(name: &str, motion: &Checked<Motion>, job: &Job) -> Result<Draft<Program>, Vec<Problem>> {
     match &job.target {
         Some(Target::rapid(_)) => rapid::emit(name, motion, job),
         None => Err(vec![no_target()]),
@@ -43,6 +40,6 @@ pub fn emit(name: &str, motion: &Checked<Motion>, job: &Job) -> Result<(Draft<Pr
 
 /// What is said of a job that asks for a program and names no target.
 pub(crate) fn no_target() -> Problem {
-    Problem::error(E0907, "target", "a program needs `robot` with a `cell`, and `target`; the job has not all of them")
+    Problem::error(E0905, "target", "a program needs `robot` with a `cell`, and `target`; the job has not all of them")
         .help("add what is missing, or build an earlier stage with `--emit`")
 }

@@ -150,19 +150,17 @@ impl Dimension {
         if above.is_empty() && below.is_empty() {
             return nothing.to_string();
         }
-        // A unit has one `/` only, and none when nothing stands above: the rest are negative powers.
-        if above.is_empty() && one.is_empty() {
-            return below.iter().map(|(word, exponent)| factor(word, *exponent)).collect::<Vec<_>>().join(times);
+        if one.is_empty() {
+            // A unit ends in at most one `/`, which has something before it: the rest are negative powers.
+            let divisor = if above.is_empty() { None } else { below.pop() };
+            above.extend(below.iter().map(|(word, exponent)| factor(word, *exponent)));
+            let divisor = divisor.map(|(word, exponent)| format!("{over}{}", factor(word, exponent.negated())));
+            return above.join(times) + &divisor.unwrap_or_default();
         }
         let mut text = if above.is_empty() { one.to_string() } else { above.join(times) };
-        for (i, (word, exponent)) in below.iter().enumerate() {
-            if i == 0 || !one.is_empty() {
-                text.push_str(over);
-                text.push_str(&factor(word, exponent.negated()));
-            } else {
-                text.push_str(times);
-                text.push_str(&factor(word, *exponent));
-            }
+        for (word, exponent) in below {
+            text.push_str(over);
+            text.push_str(&factor(word, exponent.negated()));
         }
         text
     }
@@ -201,7 +199,7 @@ mod tests {
         assert_eq!(Dimension::whole(-3, 0, 0, 0).factors(), "1 / Length^3");
         assert_eq!(Dimension::NUMBER.factors(), "Number");
         assert_eq!(Dimension::whole(1, 0, -2, 0).si_unit(), "m/s^2");
-        assert_eq!(Dimension::whole(-1, 1, -2, 0).si_unit(), "kg/m*s^-2");
+        assert_eq!(Dimension::whole(-1, 1, -2, 0).si_unit(), "kg*m^-1/s^2");
         assert_eq!(Dimension::whole(-3, 0, 0, 0).si_unit(), "m^-3");
     }
 }

@@ -7,7 +7,8 @@ use polishc::metrology::npy;
 use polishc::source::{FileError, FileProvider, normalise};
 use std::collections::BTreeMap;
 
-/// The files of the working tree, and generated data under any folder, by name. `extra` comes first.
+/// The files of the working tree, and under any folder, by name, generated data and the libraries of `tests/ui/lib`.
+/// `extra` comes first.
 #[derive(Default)]
 pub struct TestFiles {
     pub extra: BTreeMap<String, Vec<u8>>,
@@ -18,7 +19,9 @@ impl FileProvider for TestFiles {
         let name = path.rsplit('/').next().unwrap_or(path);
         let bytes = match self.extra.get(path).cloned().or_else(|| generated(name)) {
             Some(bytes) => bytes,
-            None => std::fs::read(path).map_err(|_| FileError::NotFound)?,
+            None => std::fs::read(path)
+                .or_else(|_| std::fs::read(format!("tests/ui/lib/{name}")))
+                .map_err(|_| FileError::NotFound)?,
         };
         let size = bytes.len() as u64;
         if size > limit { Err(FileError::TooLarge { size, limit }) } else { Ok(bytes) }

@@ -1,6 +1,8 @@
 //! A job and its motion, for the tests and the bench of the program text: the 340 mm flat on an IRB 6700 with an MRF
 //! wheel, a raster over it, speeds that vary from point to point.
 
+#![allow(dead_code, reason = "each user takes what it needs")]
+
 use polishc::dwell::TimedPath;
 use polishc::job::Job;
 use polishc::motion::{self, Checked, Motion, Purpose, Request};

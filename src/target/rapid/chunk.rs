@@ -8,7 +8,7 @@ use super::writing::{
     LINE_LENGTH, NO_EXTERNAL_AXES, Text, degrees, millimetres, push_jointtarget, push_list, push_pose, unit_quaternion,
 };
 use crate::diagnostics::Problem;
-use crate::diagnostics::codes::E0905;
+use crate::diagnostics::codes::E0904;
 use crate::job::Zone;
 use crate::motion::configuration::confdata;
 use crate::motion::{ToolPose, Travel};
@@ -44,7 +44,7 @@ pub fn run(setup: &Setup, index: usize) -> Result<Vec<u8>, Problem> {
     let run = &motion.runs[index];
     let travel = setup.cell.travel.speed.0;
     let bad = |what: &str| {
-        Problem::error(E0905, "path", format!("run {}: {what} cannot be written as a RAPID number", index + 1))
+        Problem::error(E0904, "path", format!("run {}: {what} cannot be written as a RAPID number", index + 1))
     };
     // A move of one line has at most this many characters beside the names; with long names its arguments go on the
     // next line.
@@ -159,10 +159,10 @@ fn point_problem(setup: &Setup, i: usize) -> Problem {
     let finite = push_list(&mut scratch, &millimetres(motion.position[i]), setup.decimals.position)
         .and_then(|()| push_list(&mut scratch, &unit_quaternion(motion.quaternion[i]), setup.decimals.quaternion));
     if finite.is_none() {
-        return Problem::error(E0905, "path", format!("the tool pose at {place} cannot be written as RAPID numbers"));
+        return Problem::error(E0904, "path", format!("the tool pose at {place} cannot be written as RAPID numbers"));
     }
     let speed = motion.timed.speed[i] * 1e3;
-    Problem::error(E0905, "dwell.feed", format!("the speed {speed} mm/s at {place} cannot be written"))
+    Problem::error(E0904, "dwell.feed", format!("the speed {speed} mm/s at {place} cannot be written"))
         .note(format!("a speed has {} decimals in mm/s and must be above 0", setup.decimals.speed))
         .help("raise the lower end of `dwell.feed`, or `speed_decimals` of the controller")
 }

@@ -7,7 +7,7 @@
 use super::Setup;
 use super::writing::{Text, degrees, millimetres, pose_of, push_jointtarget, push_list, push_pose, unit_quaternion};
 use crate::diagnostics::Problem;
-use crate::diagnostics::codes::{E0903, E0905};
+use crate::diagnostics::codes::{E0903, E0904};
 use crate::job::{DigitalOut, Frames, Level, Process, Tool, Unchecked, WheelRotation};
 use crate::motion::{Purpose, ToolPose};
 use crate::target::ProgramFile;
@@ -23,7 +23,7 @@ pub fn write(setup: &Setup) -> Result<ProgramFile, Vec<Problem>> {
     text.line(0, &format!("MODULE {}", names.module));
     header(setup, &mut text);
     body(setup, &mut text).map_err(|what| {
-        vec![Problem::error(E0905, "robot.cell", format!("{what} cannot be written as a RAPID number"))]
+        vec![Problem::error(E0904, "robot.cell", format!("{what} cannot be written as a RAPID number"))]
     })?;
     text.line(0, "ENDMODULE");
     let most = usize::try_from(setup.rapid.controller.module_bytes).unwrap_or(0);
@@ -67,7 +67,7 @@ fn header(setup: &Setup, text: &mut Text) {
     let part = &setup.job.workpiece;
     let points = setup.motion.position.len();
     if setup.motion.purpose == Purpose::DryRun {
-        let height = millimetres([setup.lift(), 0.0, 0.0])[0];
+        let height = millimetres([setup.cell.travel.height.0, 0.0, 0.0])[0];
         text.comment(1, &format!("DRY RUN: lifted {height} mm off the part, process off, slow."));
     }
     text.comment(1, &format!("polishc {}: job {}, part {}", env!("CARGO_PKG_VERSION"), setup.name, part.part));
@@ -80,7 +80,7 @@ fn header(setup: &Setup, text: &mut Text) {
         WheelRotation::reverse => "reverse (the fluid is dragged along -x of the tool at the contact)",
     };
     text.comment(1, &format!("tool: wheel turns {rotation}, {:.3} rpm", wheel.speed.0 * 30.0 / std::f64::consts::PI));
-    text.comment(1, &format!("{points} points in {} runs, {} modules", setup.motion.runs.len(), setup.chunks.len()));
+    text.comment(1, &format!("points: {points}, runs: {}, modules: {}", setup.motion.runs.len(), setup.chunks.len()));
     text.comment(1, &format!("digest {}", setup.digest));
     let mut base = Vec::new();
     if push_pose(&mut base, pose_of(&setup.motion.frames.world_base), setup.decimals).is_some() {

@@ -14,14 +14,14 @@ pub use digest::digest;
 pub use names::Names;
 
 use crate::diagnostics::Problem;
-use crate::diagnostics::codes::{E0903, E0904, E0905, E0906, E0908, W0906};
+use crate::diagnostics::codes::{E0903, E0904, E0906};
 use crate::job::{Job, Process, Rapid, Robot, RobotCell, Target};
-use crate::motion::{Arm, Checked, Motion, Purpose};
-use crate::target::number::{MOST_DECIMALS, scaled};
+use crate::motion::{Arm, Checked, Motion};
+use crate::target::number::{MOST_DECIMALS, push_fixed, scaled};
 use crate::target::{Draft, Program, no_target};
 use rayon::prelude::*;
 use std::ops::Range;
-use writing::{Decimals, degrees, millimetres};
+use writing::{Decimals, degrees};
 
 /// Everything that the writers of the modules look at.
 struct Setup<'a> {
@@ -47,33 +47,18 @@ struct Chunk {
     points: Range<usize>,
 }
 
-/// The RAPID program of `motion`. Warnings: `W0906`. Errors: `E0900` to `E0908`.
-pub fn emit(name: &str, motion: &Checked<Motion>, job: &Job) -> Result<(Draft<Program>, Vec<Problem>), Vec<Problem>> {
-    emit_motion(name, motion, job)
-}
-
-/// As [`emit`], for a motion whose checks are not proved by its type.
-fn emit_motion(name: &str, motion: &Motion, job: &Job) -> Result<(Draft<Program>, Vec<Problem>), Vec<Problem>> {
+/// The RAPID program of `motion`. Errors: `E0900` to `E0906`.
+pub fn emit(name: &str, motion: &Checked<Motion>, job: &Job) -> Result<Draft<Program>, Vec<Problem>> {
     let (Some(Target::rapid(rapid)), Some(robot)) = (&job.target, &job.robot) else { return Err(vec![no_target()]) };
     let Some(cell) = &robot.cell else { return Err(vec![no_target()]) };
     let names = Names::new(rapid, motion.purpose);
     let mut problems = names.check(rapid, cell);
-    problems.extend(profile(rapid, motion));
-    if let Process::signals(signals) = &cell.process {
-        // RAPID's WaitDI takes a time limit above zero.
-        for (i, input) in signals.inputs.iter().enumerate().filter(|(_, input)| !(input.wait_at_most.0 > 0.0)) {
-            problems.push(Problem::error(
-                E0905,
-                format!("robot.cell.process.inputs.{i}.wait_at_most"),
-                format!("the wait for `{}` has no time", input.name),
-            ));
-        }
-    }
+    problems.extend(profile(rapid));
+    let decimals = Decimals::of(job);
+    problems.extend(values(cell, decimals));
     if !problems.is_empty() {
         return Err(problems);
     }
-    let decimals = Decimals::of(job);
-    let warnings = segment_times(motion, rapid, decimals)?;
     let mut setup = Setup {
         name,
         motion,
@@ -87,11 +72,9 @@ fn emit_motion(name: &str, motion: &Motion, job: &Job) -> Result<(Draft<Program>
         digest: digest(motion, job),
         chunks: Vec::new(),
     };
-    let runs: Vec<Vec<u8>> = (0..motion.runs.len())
-        .into_par_iter()
-        .map(|r| chunk::run(&setup, r))
-        .collect::<Result<_, _>>()
-        .map_err(|p| vec![p])?;
+    // All results first, so that the error is that of the first run with any number of threads.
+    let runs: Vec<_> = (0..motion.runs.len()).into_par_iter().map(|r| chunk::run(&setup, r)).collect();
+    let runs = runs.into_iter().collect::<Result<Vec<_>, _>>().map_err(|problem| vec![problem])?;
     setup.chunks = pack(&setup, &runs)?;
     let mut files = vec![main_module::write(&setup)?];
     let mut runs = runs.into_iter();
@@ -100,11 +83,11 @@ fn emit_motion(name: &str, motion: &Motion, job: &Job) -> Result<(Draft<Program>
         let parts = runs.by_ref().take(setup.chunks[index].runs.len());
         files.push(chunk::module(&setup, index, parts));
     }
-    Ok((Draft(Program { files }), warnings))
+    Ok(Draft(Program { files }))
 }
 
-/// Whether the controller's profile makes sense and the job fits it.
-fn profile(rapid: &Rapid, motion: &Motion) -> Vec<Problem> {
+/// Whether the controller's profile makes sense.
+fn profile(rapid: &Rapid) -> Vec<Problem> {
     let controller = &rapid.controller;
     let mut problems = Vec::new();
     for (field, value, from) in [
@@ -115,7 +98,7 @@ fn profile(rapid: &Rapid, motion: &Motion) -> Vec<Problem> {
         if !(from..=MOST_DECIMALS as i64).contains(&value) {
             problems.push(
                 Problem::error(
-                    E0908,
+                    E0906,
                     format!("target.controller.{field}"),
                     format!("a program cannot have {value} decimals here; {from} to {MOST_DECIMALS} are possible"),
                 )
@@ -126,82 +109,38 @@ fn profile(rapid: &Rapid, motion: &Motion) -> Vec<Problem> {
             );
         }
     }
-    let points = motion.position.len();
-    if i64::try_from(points).unwrap_or(i64::MAX) > controller.most_points {
-        problems.push(
-            Problem::error(
-                E0904,
-                "target.controller.most_points",
-                format!(
-                    "the path has {points} points, more than the {} that the controller's profile allows",
-                    controller.most_points
-                ),
-            )
-            .help("take a longer `path.point_step` or `path.line_pitch`, or raise `most_points`"),
-        );
-    }
     problems
 }
 
-/// The time of every move on the part against the least that the controller takes: warnings, or the error of the
-/// shortest.
-fn segment_times(motion: &Motion, rapid: &Rapid, decimals: Decimals) -> Result<Vec<Problem>, Vec<Problem>> {
-    let (least, usual) = (rapid.controller.segment_time_least.0, rapid.controller.segment_time_usual.0);
-    let mut shortest = (f64::INFINITY, 0);
-    let mut below_usual = 0;
-    for line in &motion.timed.path.lines {
-        for i in line.points.clone().skip(1) {
-            let [a, b] = [motion.position[i - 1], motion.position[i]];
-            // As written: rounding moves short segments most.
-            let step = |k: usize| {
-                let written = |v: f64| scaled(v * 1e3, decimals.position).unwrap_or(i64::MAX);
-                written(b[k]).saturating_sub(written(a[k])) as f64 / libm::pow(10.0, decimals.position as f64) * 1e-3
-            };
-            let length = (step(0) * step(0) + step(1) * step(1) + step(2) * step(2)).sqrt();
-            let time = length / motion.timed.speed[i];
-            below_usual += usize::from(time < usual);
-            // A time that is no number counts as the shortest.
-            if !(time >= shortest.0) {
-                shortest = (time, i);
+/// Values of the cell that RAPID cannot take although the job's language can say them.
+fn values(cell: &RobotCell, decimals: Decimals) -> Vec<Problem> {
+    let mut problems = Vec::new();
+    let travel = cell.travel.speed.0 * 1e3;
+    if scaled(travel, decimals.speed).is_none_or(|speed| speed <= 0) {
+        problems.push(
+            Problem::error(
+                E0904,
+                "robot.cell.travel.speed",
+                format!("the travel speed {travel} mm/s cannot be written"),
+            )
+            .note(format!("a speed has {} decimals in mm/s and must be above 0", decimals.speed))
+            .help("raise the speed, or `speed_decimals` of the controller"),
+        );
+    }
+    if let Process::signals(signals) = &cell.process {
+        for (i, input) in signals.inputs.iter().enumerate() {
+            let has_time = input.wait_at_most.0 > 0.0;
+            if has_time {
+                continue;
             }
+            let field = format!("robot.cell.process.inputs.{i}.wait_at_most");
+            problems.push(
+                Problem::error(E0904, field, format!("the wait for `{}` has no time", input.name))
+                    .note("RAPID's `WaitDI` takes a time limit above 0 s"),
+            );
         }
     }
-    let (time, at) = shortest;
-    if below_usual == 0 {
-        return Ok(Vec::new());
-    }
-    let [x, y, _] = millimetres(motion.timed.path.points.position(at));
-    let place = format!("x = {x:.3}, y = {y:.3} mm");
-    let help = "take a longer `path.point_step`, or a lower upper end of `dwell.feed`";
-    if !(time >= least) {
-        return Err(vec![
-            Problem::error(
-                E0906,
-                "path.point_step",
-                format!(
-                    "the move to point {} of {} ({place}) takes {:.2} ms, less than the {:.2} ms that the controller needs",
-                    at + 1,
-                    motion.position.len(),
-                    time * 1e3,
-                    least * 1e3
-                ),
-            )
-            .note("a controller that cannot plan ahead stops at a point that it should pass, and the tool dwells there")
-            .help(help),
-        ]);
-    }
-    Ok(vec![
-        Problem::warning(
-            W0906,
-            "path.point_step",
-            format!(
-                "{below_usual} moves take less than {:.2} ms, the shortest {:.2} ms ({place})",
-                usual * 1e3,
-                time * 1e3
-            ),
-        )
-        .help(help),
-    ])
+    problems
 }
 
 /// Runs gathered into modules: as many as fit the limits of points and bytes, in order.
@@ -212,16 +151,17 @@ fn pack(setup: &Setup, runs: &[Vec<u8>]) -> Result<Vec<Chunk>, Vec<Problem>> {
     let mut chunks: Vec<Chunk> = Vec::new();
     let mut bytes = 0;
     for (r, (run, text)) in setup.motion.runs.iter().zip(runs).enumerate() {
-        for (field, size, most, what) in [
-            ("module_points", run.points.len(), most_points, "points"),
-            ("module_bytes", text.len(), most_bytes, "bytes"),
+        let limits = &setup.rapid.controller;
+        for (field, size, room, most, what) in [
+            ("module_points", run.points.len(), most_points, limits.module_points, "points"),
+            ("module_bytes", text.len(), most_bytes, limits.module_bytes, "bytes"),
         ] {
-            if size > most {
+            if size > room {
                 return Err(vec![
                     Problem::error(
                         E0903,
                         format!("target.controller.{field}"),
-                        format!("run {} needs {size} {what}, more than the {most} that fit into one module", r + 1),
+                        format!("run {} needs {size} {what}, a module of {most} {what} has room for {room}", r + 1),
                     )
                     .note("a module ends only where the tool is lifted off the part")
                     .help(format!(
@@ -246,14 +186,6 @@ fn pack(setup: &Setup, runs: &[Vec<u8>]) -> Result<Vec<Chunk>, Vec<Problem>> {
 }
 
 impl Setup<'_> {
-    /// Height of the tool centre point over the planned contact point, metres.
-    fn lift(&self) -> f64 {
-        match self.motion.purpose {
-            Purpose::Polish => 0.0,
-            Purpose::DryRun => self.cell.travel.height.0,
-        }
-    }
-
     /// The time that a move between two joint poses gets, so that no joint needs more than the cell's share of its rated
     /// speed, seconds, rounded up to a millisecond. At least 0.1 s: a time of nothing is no time, and the arm's own
     /// acceleration makes short moves longer anyhow.
@@ -268,10 +200,10 @@ impl Setup<'_> {
     /// `[v,orientation speed,5000,1000]`, the speed in m/s. The last two belong to external axes, which are not there.
     fn speeddata(&self, speed: f64) -> Option<String> {
         let mut out = b"[".to_vec();
-        crate::target::number::push_fixed(&mut out, speed * 1e3, self.decimals.speed)?;
+        push_fixed(&mut out, speed * 1e3, self.decimals.speed)?;
         out.push(b',');
         let orientation = degrees(self.rapid.controller.orientation_speed.0);
-        crate::target::number::push_fixed(&mut out, orientation, self.decimals.speed)?;
+        push_fixed(&mut out, orientation, self.decimals.speed)?;
         out.extend_from_slice(b",5000,1000]");
         String::from_utf8(out).ok()
     }

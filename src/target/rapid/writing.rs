@@ -26,7 +26,7 @@ pub struct Decimals {
 }
 
 impl Decimals {
-    /// What the job's controller asks for; a profile out of range is refused elsewhere (`E0908`).
+    /// What the job's controller asks for; a profile out of range is refused elsewhere (`E0906`).
     pub fn of(job: &Job) -> Decimals {
         let of = |controller: &Controller| Decimals {
             position: decimals(controller.position_decimals),

@@ -328,8 +328,10 @@ impl Differs<'_> {
     ) {
         // Written so that a number that is none differs.
         if !((found - wanted).abs() <= allowed || same_number(found, wanted)) {
-            findings
-                .add(|| self.problem(field, format!("{component} is {found} {unit}, the job has {wanted:.6} {unit}")));
+            findings.add(|| {
+                let (found, wanted) = (moves::shortest(found), moves::shortest(wanted));
+                self.problem(field, format!("{component} is {found} {unit}, the job has {wanted} {unit}"))
+            });
         }
     }
 
@@ -358,7 +360,8 @@ impl Differs<'_> {
         }
         let rotation = UnitQuaternion::from_quaternion(Quaternion::new(q[0], q[1], q[2], q[3]));
         let angle = moves::angle_between(&rotation, wanted);
-        if !(angle <= moves::ORIENTATION_TOLERANCE) {
+        let aligned = angle <= moves::ORIENTATION_TOLERANCE;
+        if !aligned {
             findings.add(|| {
                 let degrees = angle.to_degrees();
                 self.problem(field, format!("{component} is turned by {degrees:.4} deg from where the job has it"))

@@ -57,8 +57,10 @@ pub fn angle_between(a: &UnitQuaternion<f64>, b: &UnitQuaternion<f64>) -> f64 {
 pub fn same_jointtarget(found: &[f64], joints: &[f64]) -> Result<(), String> {
     for (j, (found, wanted)) in found.iter().zip(joints).enumerate() {
         let wanted = wanted * (180.0 / std::f64::consts::PI);
-        if !((found - wanted).abs() <= half_digit(JOINT_DECIMALS) + single_step(wanted)) {
-            return Err(format!("joint {} stands at {found} deg where {wanted:.5} deg is planned", j + 1));
+        let same = (found - wanted).abs() <= half_digit(JOINT_DECIMALS) + single_step(wanted);
+        if !same {
+            let (found, wanted) = (shortest(*found), shortest(wanted));
+            return Err(format!("joint {} stands at {found} deg where {wanted} deg is planned", j + 1));
         }
     }
     no_external_axes(&found[found.len().min(6)..])
@@ -186,7 +188,14 @@ pub fn zone(scope: Scope, found: &str, wanted: &str) -> Option<Difference> {
         (Some(a), Some(b)) => a.iter().zip(b).all(|(a, b)| same_number(*a, *b)),
         _ => false,
     };
-    (!same).then(|| differs(E1004, "target.zone", format!("has the zone `{found}` where `{wanted}` is planned")))
+    (!same).then(|| {
+        let anew = if scope.find(found).is_some() { ", as the program declares it," } else { "" };
+        differs(
+            E1004,
+            "target.zone",
+            format!("has the zone `{found}`{anew} where the controller's `{wanted}` is planned"),
+        )
+    })
 }
 
 /// Speed, in mm/s and deg/s, against the planned one in m/s, which is rounded as the target writes it.

@@ -341,16 +341,18 @@ impl Chunk<'_> {
 
     fn extra(&self, found: &[Resolved], before: Planned, findings: &mut Findings) {
         let Some(first) = found.first() else { return };
-        let count = found.len();
-        let moves = if count == 1 { "a move that is" } else { "moves that are" };
         let goal = match &first.goal {
             ResolvedGoal::Linear(target) => {
                 let [x, y, z] = target.position;
-                format!(" (x = {x}, y = {y}, z = {z} mm)")
+                format!("to x = {x}, y = {y}, z = {z} mm")
             }
-            ResolvedGoal::Joints(_) => String::new(),
+            ResolvedGoal::Joints(_) => "of the joints".into(),
         };
-        let what = format!("{moves} not planned, {count} in number{goal}, near {}", self.place(before));
+        let near = self.place(before);
+        let what = match found.len() {
+            1 => format!("a move {goal} is not planned, near {near}"),
+            count => format!("{count} moves are not planned, the first {goal}, near {near}"),
+        };
         findings.add(|| at(self.file, first.line, E1013, "path", what));
     }
 
@@ -497,13 +499,15 @@ impl Chunk<'_> {
             report(Difference { code: E1005, field: "path", what });
         }
         let tilt = libm::atan2(axis.cross(&-normal).norm(), axis.dot(&-normal));
-        if !(tilt <= moves::ORIENTATION_TOLERANCE) {
+        let upright = tilt <= moves::ORIENTATION_TOLERANCE;
+        if !upright {
             let what = format!("is met {:.4} deg off the normal", tilt.to_degrees());
             report(Difference { code: E1014, field: "path", what });
             return false;
         }
         let turn = moves::angle_between(&tool.rotation, &wanted_rotation);
-        if !(turn <= 2.0 * moves::ORIENTATION_TOLERANCE) {
+        let aligned = turn <= 2.0 * moves::ORIENTATION_TOLERANCE;
+        if !aligned {
             let what = format!("is met with the tool turned by {:.4} deg about the normal", turn.to_degrees());
             report(Difference { code: E1014, field: "tool.azimuth", what });
             return false;
@@ -527,8 +531,9 @@ impl Chunk<'_> {
         };
         let found = target.confdata.map(f64::from);
         if !found.iter().zip(wanted).all(|(found, wanted)| *found == f64::from(wanted)) {
-            let [a, b, c, d] = target.confdata;
-            let what = format!("has the configuration data [{a},{b},{c},{d}] where {wanted:?} are planned");
+            let list = |values: [f64; 4]| values.map(|value| value.to_string()).join(",");
+            let (found, wanted) = (list(found), list(wanted.map(f64::from)));
+            let what = format!("has the configuration data [{found}] where [{wanted}] is planned");
             report(Difference { code: E1006, field: "robot", what });
         }
         if let Err(what) = moves::no_external_axes(&target.external.map(f64::from)) {
@@ -542,8 +547,7 @@ impl Chunk<'_> {
         let flange = self.replay.base_object * Replay::target(target) * self.replay.tool_flange;
         match self.wanted.arm.nearest_solution(&flange, joints) {
             Some(solution) => {
-                let far =
-                    (0..6).find(|j| !((solution.joints[*j] - planned_joints[*j]).abs() <= CONFIGURATION_TOLERANCE));
+                let far = (0..6).find(|j| (solution.joints[*j] - planned_joints[*j]).abs() > CONFIGURATION_TOLERANCE);
                 *joints = solution.joints;
                 if let Some(j) = far {
                     let [found, wanted] = [solution.joints[j], planned_joints[j]].map(f64::to_degrees);

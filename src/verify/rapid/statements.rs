@@ -7,6 +7,7 @@ use super::syntax::{Argument, Expression, Move, Statement, What};
 use super::values::Scope;
 use super::{Findings, at, reader};
 use crate::diagnostics::Code;
+use crate::diagnostics::codes::E1003;
 
 /// Numbers are the same if single precision cannot tell them apart: its step is 1.2e-7 of the number, and both sides may
 /// be rounded.
@@ -80,6 +81,24 @@ impl Difference {
     }
 }
 
+impl Difference {
+    /// The smallest parts of two long conditions that differ.
+    fn of_parts(line: u32, found: &Expression, wanted: &Expression, scope: Scope) -> Difference {
+        let (mut found, mut wanted) = (found, wanted);
+        while let (Expression::Binary(a, x, p), Expression::Binary(b, y, q)) = (found, wanted) {
+            if a != b || !matches!(*a, "AND" | "OR") {
+                break;
+            }
+            (found, wanted) = match (same(x, y, scope), same(p, q, scope)) {
+                (true, false) => (p, q),
+                (false, true) => (x, y),
+                _ => break,
+            };
+        }
+        Difference { line, what: format!("`{found}` stands where the job asks for `{wanted}`") }
+    }
+}
+
 /// Compares the body of a routine with the steps wanted.
 pub fn compare(around: &Around, routine_line: u32, found: &[Statement], wanted: &[Step], findings: &mut Findings) {
     let file = around.file;
@@ -119,7 +138,7 @@ pub fn compare(around: &Around, routine_line: u32, found: &[Statement], wanted: 
 
 fn extra(file: &str, statement: &Statement, near: &Step) -> crate::diagnostics::Problem {
     let what = format!("the job does not ask for `{statement}`");
-    at(file, statement.line, near.code, near.field, what).note("every statement of the program must come from the job")
+    at(file, statement.line, E1003, near.field, what).note("every statement of the program must come from the job")
 }
 
 /// The innermost first difference of two statements.
@@ -132,7 +151,7 @@ fn difference(found: &Statement, wanted: &Statement, scope: Scope) -> Option<Dif
             }
             for ((condition, body), (wanted_condition, wanted_body)) in found_arms.iter().zip(wanted_arms) {
                 if !same(condition, wanted_condition, scope) {
-                    return differs();
+                    return Some(Difference::of_parts(found.line, condition, wanted_condition, scope));
                 }
                 if let Some(inner) = bodies(found.line, body, wanted_body, scope) {
                     return Some(inner);
@@ -142,7 +161,7 @@ fn difference(found: &Statement, wanted: &Statement, scope: Scope) -> Option<Dif
         }
         (What::While(condition, body), What::While(wanted_condition, wanted_body)) => {
             if !same(condition, wanted_condition, scope) {
-                return differs();
+                return Some(Difference::of_parts(found.line, condition, wanted_condition, scope));
             }
             bodies(found.line, body, wanted_body, scope)
         }
@@ -157,7 +176,9 @@ fn difference(found: &Statement, wanted: &Statement, scope: Scope) -> Option<Dif
             let same_target = matches!((target, wanted_target), (Expression::Name(a), Expression::Name(b)) if a.eq_ignore_ascii_case(b));
             if same_target && same(value, wanted_value, scope) { None } else { differs() }
         }
-        (What::Return(Some(value)), What::Return(Some(wanted_value))) if same(value, wanted_value, scope) => None,
+        (What::Return(Some(value)), What::Return(Some(wanted_value))) => {
+            (!same(value, wanted_value, scope)).then(|| Difference::of_parts(found.line, value, wanted_value, scope))
+        }
         (What::Return(None), What::Return(None)) => None,
         _ => differs(),
     }

@@ -140,6 +140,11 @@ impl fmt::Display for Expression {
             }
             Ok(())
         };
+        // An operand that has operators itself stands in brackets.
+        let operand = |f: &mut fmt::Formatter<'_>, inner: &Expression| match inner {
+            Expression::Binary(..) => write!(f, "({inner})"),
+            _ => write!(f, "{inner}"),
+        };
         match self {
             Expression::Number(value) => write!(f, "{value}"),
             Expression::Text(text) => write!(f, "\"{text}\""),
@@ -155,11 +160,14 @@ impl fmt::Display for Expression {
                 f.write_str(")")
             }
             Expression::Unary(operator, inner) => {
-                write!(f, "{operator}{}{inner}", if *operator == "NOT" { " " } else { "" })
+                write!(f, "{operator}{}", if *operator == "NOT" { " " } else { "" })?;
+                operand(f, inner)
             }
             Expression::Binary(operator, left, right) => {
                 let gap = if operator.starts_with(|c: char| c.is_ascii_alphabetic()) { " " } else { "" };
-                write!(f, "({left}{gap}{operator}{gap}{right})")
+                operand(f, left)?;
+                write!(f, "{gap}{operator}{gap}")?;
+                operand(f, right)
             }
         }
     }
@@ -172,18 +180,15 @@ impl fmt::Display for Statement {
             What::Move(_) => f.write_str("a move"),
             What::Instruction(name, arguments) => {
                 f.write_str(name)?;
-                let mut positional = 0;
-                for argument in arguments {
+                for (i, argument) in arguments.iter().enumerate() {
+                    if argument.switch.is_none() {
+                        f.write_str(if i > 0 { "," } else { " " })?;
+                    }
                     match (&argument.switch, &argument.value) {
                         (Some(switch), Some(value)) => write!(f, "\\{switch}:={value}")?,
                         (Some(switch), None) => write!(f, "\\{switch}")?,
-                        (None, value) => {
-                            f.write_str(if positional > 0 { "," } else { " " })?;
-                            positional += 1;
-                            if let Some(value) = value {
-                                write!(f, "{value}")?;
-                            }
-                        }
+                        (None, Some(value)) => write!(f, "{value}")?,
+                        (None, None) => {}
                     }
                 }
                 Ok(())

@@ -1,0 +1,239 @@
+//! Whether a run can be: checks before the solve, and words on its result.
+//!
+//! In: the job's `dwell`, footprint, field, path; afterwards the figures. Out: refusals with the number that would mend
+//! them, and warnings.
+
+use super::TimedPath;
+use super::field::Field;
+use super::footprint::Footprint;
+use super::least_squares::Base;
+use super::plan::Figures;
+use super::speed::{self, Limits, Segments};
+use crate::diagnostics::{Problem, codes};
+use crate::job::{Controller, Corrective, Piston};
+
+/// Refuses segments that pass faster than the controller takes new moves (E0707), and warns of those that are quicker
+/// than is usual for it (W0705).
+pub fn check_segment_times(
+    timed: &TimedPath,
+    dwell: &Corrective,
+    controller: &Controller,
+    warnings: &mut Vec<Problem>,
+) -> Result<(), Problem> {
+    let limits = Limits { least: dwell.feed.from.0, greatest: dwell.feed.to.0, acceleration: dwell.acceleration.0 };
+    let segments = Segments::new(&timed.path);
+    let speeds: Vec<f64> = segments.point.iter().map(|&p| timed.speed[p]).collect();
+    let times = speed::times(&speeds, &segments, &limits);
+    let Some(i) = (0..times.len()).min_by(|&a, &b| times[a].total_cmp(&times[b])) else { return Ok(()) };
+    let [x, y, _] = timed.path.points.position(segments.point[i]);
+    let say = |limit: f64| {
+        format!(
+            "the move to x {:.3} mm, y {:.3} mm takes {:.2} ms at {:.3} mm/s, less than the {:.2} ms of controller `{}`",
+            x * 1e3,
+            y * 1e3,
+            times[i] * 1e3,
+            speeds[i] * 1e3,
+            limit * 1e3,
+            controller.name
+        )
+    };
+    let help = "lower the upper end of `feed`, or make `point_step` longer";
+    if times[i] < controller.segment_time_least.0 {
+        return Err(Problem::error(codes::E0707, "dwell.feed", say(controller.segment_time_least.0)).help(help));
+    }
+    if times[i] < controller.segment_time_usual.0 {
+        let usual = controller.segment_time_usual.0;
+        let count = times.iter().filter(|time| **time < usual).count();
+        warnings.push(
+            Problem::warning(codes::W0705, "dwell.feed", say(usual))
+                .note(format!("{count} of {} moves are that short", times.len()))
+                .help(help),
+        );
+    }
+    Ok(())
+}
+
+/// The job's limits, if they can be used.
+pub(super) fn limits(dwell: &Corrective, step: f64) -> Result<Limits, Problem> {
+    let (least, greatest, acceleration) = (dwell.feed.from.0, dwell.feed.to.0, dwell.acceleration.0);
+    let refuse = |field: &str, message: String| Err(Problem::error(codes::E0700, format!("dwell.{field}"), message));
+    if !(least > 0.0 && least <= greatest && greatest.is_finite()) {
+        let message = format!(
+            "the feed from {:.4} mm/s to {:.4} mm/s is not a range of positive speeds",
+            least * 1e3,
+            greatest * 1e3
+        );
+        return refuse("feed", message);
+    }
+    // A whole multiple of the step between the two ends, the ends included in spite of their rounding.
+    if (greatest / step * (1.0 + 1e-12)).floor() < (least / step * (1.0 - 1e-12)).ceil() {
+        let message =
+            format!("the feed holds no speed that the controller can be told, in steps of {} mm/s", step * 1e3);
+        return refuse("feed", message);
+    }
+    if !(acceleration > 0.0 && acceleration.is_finite()) {
+        return refuse(
+            "acceleration",
+            format!("the acceleration is {} mm/s²; it must be positive", acceleration * 1e3),
+        );
+    }
+    let fraction = dwell.removal_fraction;
+    if !(fraction > 0.0 && fraction <= 1.0) {
+        let message = format!("`removal_fraction` is {} %; it must lie above 0 % and at most at 100 %", fraction * 1e2);
+        return refuse("removal_fraction", message);
+    }
+    Ok(Limits { least, greatest, acceleration })
+}
+
+/// The least feed must be reachable from rest within half a segment, where a line ends.
+pub(super) fn check_start(segments: &Segments, limits: &Limits) -> Result<(), Problem> {
+    let shortest = segments.length.iter().fold(f64::INFINITY, |a, b| a.min(*b));
+    let reachable = (limits.acceleration * shortest).sqrt();
+    if limits.least <= reachable {
+        return Ok(());
+    }
+    let message = format!(
+        "at {:.3} mm/s² the arm gets from rest to {:.4} mm/s and back within a move of {:.3} mm, which is slower than \
+         the least feed of {:.4} mm/s",
+        limits.acceleration * 1e3,
+        reachable * 1e3,
+        shortest * 1e3,
+        limits.least * 1e3
+    );
+    Err(Problem::error(codes::E0701, "dwell.feed", message).help("lower the least feed, or make `point_step` longer"))
+}
+
+/// Whether map and lines are fine enough for the spot.
+pub(super) fn check_resolution(
+    field: &Field,
+    footprint: &Footprint,
+    line_pitch: f64,
+    warnings: &mut Vec<Problem>,
+) -> Result<(), Problem> {
+    let pixel = field.window.pixel[0].max(field.window.pixel[1]);
+    let message = format!(
+        "the map's pixels of {:.3} mm are coarse beside the spot, whose sigma is {:.3} mm",
+        pixel * 1e3,
+        footprint.sigma * 1e3
+    );
+    if pixel > footprint.sigma / 2.0 {
+        return Err(Problem::error(codes::E0706, "workpiece.error", message)
+            .note("pixels wider than half a sigma cannot carry what the tool removes")
+            .help(format!("use a map with pixels of at most {:.3} mm", footprint.sigma / 4.0 * 1e3)));
+    }
+    if pixel > footprint.sigma / 4.0 {
+        warnings.push(
+            Problem::warning(codes::W0700, "workpiece.error", message)
+                .note("the predicted removal is right to a few per cent only")
+                .help(format!("use a map with pixels of at most {:.3} mm", footprint.sigma / 4.0 * 1e3)),
+        );
+    }
+    // Lines at a distance p of Gaussian profile with width sigma leave a ripple of 2 exp(-2 pi² sigma²/p²) of the depth
+    // (the first term of the Fourier series): 0.03 % at 1.5 sigma, 1.4 % at 2 sigma.
+    if line_pitch > 1.5 * footprint.sigma {
+        let ratio = std::f64::consts::PI * footprint.sigma / line_pitch;
+        let ripple = 2.0 * libm::exp(-2.0 * ratio * ratio);
+        let message = format!(
+            "lines {:.3} mm apart leave a ripple of about {:.1} % of the removal, since the spot's sigma is {:.3} mm",
+            line_pitch * 1e3,
+            ripple * 1e2,
+            footprint.sigma * 1e3
+        );
+        warnings.push(
+            Problem::warning(codes::W0701, "path.line_pitch", message)
+                .help(format!("a `line_pitch` of {:.3} mm leaves less than 0.1 %", 1.5 * footprint.sigma * 1e3)),
+        );
+    }
+    Ok(())
+}
+
+/// The even layer that the solver may take, after the checks of what the path must take.
+pub(super) fn check_base(
+    piston: &Piston,
+    highest: f64,
+    floor: f64,
+    footprint: &Footprint,
+    limits: &Limits,
+) -> Result<Base, Problem> {
+    let (base, field, most, what) = match piston {
+        Piston::free(free) => {
+            let most = free.at_most.map_or(f64::INFINITY, |depth| depth.0);
+            (Base::AtMost(most), "dwell.piston.at_most", most, "the even layer of at most")
+        }
+        Piston::fixed(fixed) => {
+            (Base::Fixed(fixed.depth.0), "dwell.piston.depth", fixed.depth.0, "the fixed even layer of")
+        }
+        // Without an even layer the highest place still must lose more than the path takes everywhere.
+        Piston::held(_) => (Base::Fixed(0.0), "dwell.piston", highest, "the highest place, which asks for"),
+    };
+    let layer = match base {
+        Base::Fixed(depth) => depth,
+        Base::AtMost(most) => most,
+    };
+    if layer + highest <= 0.0 {
+        let message = "nowhere in the clear aperture is there anything to remove";
+        return Err(Problem::error(codes::E0705, "workpiece.error", message)
+            .help("check `positive` and `subtract` of the map, or allow an even layer: `piston: free {}`"));
+    }
+    if floor > most {
+        let message = format!(
+            "even at its greatest feed the path removes {:.3} nm everywhere, more than {what} {:.3} nm",
+            floor * 1e9,
+            most * 1e9
+        );
+        // V / (v pitch) = most, solved for each of its three factors.
+        let factor = floor / most.max(0.0);
+        let help = if factor.is_finite() {
+            format!(
+                "raise the feed above {:.3} mm/s, or make `line_pitch` {factor:.2} times as wide, or use a spot that \
+                 removes less than {:.4} mm³/min, or allow a deeper layer",
+                limits.greatest * factor * 1e3,
+                footprint.volume_rate / factor * 60e9
+            )
+        } else {
+            "allow an even layer: `piston: free {}`".to_string()
+        };
+        return Err(Problem::error(codes::E0702, field, message).help(help));
+    }
+    Ok(base)
+}
+
+/// What is odd about a solved run.
+pub(super) fn warn(figures: &Figures, dwell: &Corrective, warnings: &mut Vec<Problem>) {
+    // A tenth of the times at a bound is where the reference study saw the residual suffer.
+    if figures.at_bounds > 0.1 {
+        let message =
+            format!("{:.0} % of the moves over the clear aperture run at an end of `feed`", figures.at_bounds * 1e2);
+        warnings.push(
+            Problem::warning(codes::W0702, "dwell.feed", message)
+                .note("the solver would go faster or slower there; the residual suffers")
+                .help("widen `feed`, or allow a deeper even layer in `piston`"),
+        );
+    }
+    if let Piston::free(free) = &dwell.piston
+        && let Some(most) = free.at_most
+        && figures.base > 1.05 * most.0
+    {
+        let message = format!(
+            "the even layer will be {:.3} nm, more than the {:.3} nm that the piston may have",
+            figures.base * 1e9,
+            most.0 * 1e9
+        );
+        warnings.push(
+            Problem::warning(codes::W0703, "dwell.piston.at_most", message)
+                .note("valleys deeper than the layer lose glass too, since no feed is fast enough to remove nothing")
+                .help("raise `at_most`, or the upper end of `feed`"),
+        );
+    }
+    if figures.rms > figures.before_rms {
+        let message = format!(
+            "the run is predicted to leave the part worse: {:.3} nm RMS, from {:.3} nm",
+            figures.rms * 1e9,
+            figures.before_rms * 1e9
+        );
+        warnings.push(
+            Problem::warning(codes::W0704, "dwell", message)
+                .help("do not run it; the error may be finer than the spot"),
+        );
+    }
+}
