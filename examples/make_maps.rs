@@ -7,8 +7,14 @@
 use polishc::metrology::metropro::{self, Settings};
 
 fn main() {
-    let flat = flat_340();
-    std::fs::write("examples/flat_340/flat_340.dat", flat).expect("a writable examples folder");
+    for (path, bytes) in maps() {
+        std::fs::write(path, bytes).expect("a writable examples folder");
+    }
+}
+
+/// Every data file of the examples, by its path. A test compares them with those in the tree.
+pub fn maps() -> Vec<(&'static str, Vec<u8>)> {
+    vec![("examples/flat_340/flat_340.dat", flat_340())]
 }
 
 /// A 340/60 mm flat on a 494 x 494 grid of 0.7 mm, centred, MetroPro format 3, invalid outside the glass.

@@ -3,17 +3,18 @@
 //! In: a [`FileProvider`], a [`Request`]. Out: a [`Compilation`]: the sources read, everything there is to say, and what
 //! was planned for each job. Nothing is written and no clock is read: [`Watch`] tells the caller which pass begins.
 
+use crate::check;
 use crate::diagnostics::codes as code;
 use crate::diagnostics::render;
 use crate::diagnostics::{Diagnostic, Problem, Severity};
-use crate::dwell;
+use crate::dwell::{self, TimedPath};
 use crate::eval::{self, Requirement};
 use crate::job::{self, Job, Origins, Unchecked};
 use crate::metrology::{self, ErrorMap};
 use crate::motion::{self, Checked, Motion, Purpose};
 use crate::path::{self, ToolPath};
 use crate::report::{self, Input, JobResult, Met};
-use crate::source::{FileProvider, Sources};
+use crate::source::{FileProvider, Sources, Span};
 use crate::syntax;
 use crate::target::{self, Program};
 use crate::tool::{self, InfluenceFunction};
@@ -103,7 +104,9 @@ pub struct Planned {
     pub origins: Origins,
     pub requirements: Vec<Requirement>,
     pub error_map: Option<ErrorMap>,
-    pub path: Option<ToolPath>,
+    /// The path, until a later pass takes it over; see [`Planned::path`].
+    path: Option<ToolPath>,
+    /// Its `timed` is empty once motion has taken it over; see [`Planned::timed`].
     pub dwell: Option<dwell::Outcome>,
     pub motion: Option<Checked<Motion>>,
     pub program: Option<Verified<Program>>,
@@ -146,7 +149,7 @@ pub fn compile(files: &dyn FileProvider, request: &Request, watch: &dyn Watch) -
             if finished && request.until == Until::Program && request.purpose == Purpose::Polish {
                 done.diagnostics.extend(planned.unmet());
             }
-            done.diagnostics.extend(said.into_iter().map(|problem| in_text(problem, &planned.origins)));
+            done.diagnostics.extend(said.into_iter().map(|problem| in_text(problem, &planned.origins, &done.sources)));
         }
         done.jobs.push(planned);
     }
@@ -155,8 +158,10 @@ pub fn compile(files: &dyn FileProvider, request: &Request, watch: &dyn Watch) -
 }
 
 /// What a pass said of a field, put at the line of the job that said the field.
-fn in_text(problem: Problem, origins: &Origins) -> Diagnostic {
-    let span = problem.field.as_deref().and_then(|field| origins.find(field));
+fn in_text(problem: Problem, origins: &Origins, sources: &Sources) -> Diagnostic {
+    // A value of the standard library is right as it stands; what is wrong is the line that took it for this job.
+    let ours = |span: &Span| !sources.name(span.file).starts_with(check::library::PREFIX);
+    let span = problem.field.as_deref().and_then(|field| origins.find(field, ours)).map(|span| head(span, sources));
     let mut diagnostic = match span {
         Some(span) => Diagnostic::error(problem.code, span, problem.message),
         None => Diagnostic::placeless(problem.code, problem.message),
@@ -165,6 +170,18 @@ fn in_text(problem: Problem, origins: &Origins) -> Diagnostic {
     diagnostic.notes = problem.notes;
     diagnostic.help = problem.help;
     diagnostic
+}
+
+/// Of a value over several lines the first line without its bracket: `height_map`, `frame`. What matters is which one.
+fn head(span: Span, sources: &Sources) -> Span {
+    let text = sources.slice(span);
+    match text.split_once('\n') {
+        Some((first, _)) => {
+            let length = first.trim_end().trim_end_matches('{').trim_end().len().max(1);
+            Span { end: span.start + length as u32, ..span }
+        }
+        None => span,
+    }
 }
 
 /// Runs the passes of one job, as far as they go.
@@ -192,8 +209,8 @@ impl Passes<'_> {
         let controller = job.target.as_ref().map(|job::Target::rapid(rapid)| &rapid.controller);
         let most_points = controller.map_or(path::MOST_POINTS, |c| u64::try_from(c.most_points).unwrap_or(0));
         let tool_path = path::plan(&job.path, &job.workpiece, most_points).map_err(one)?;
-        self.planned.path = Some(tool_path.clone());
         if until == Until::Path {
+            self.planned.path = Some(tool_path);
             return Ok(());
         }
 
@@ -221,7 +238,6 @@ impl Passes<'_> {
         if let Some(controller) = controller {
             dwell::check_segment_times(&outcome.timed, corrective, controller, self.said).map_err(one)?;
         }
-        let timed = outcome.timed.clone();
         self.planned.dwell = Some(outcome);
         self.planned.error_map = Some(error_map);
         let (Some(robot), Some(controller)) = (&job.robot, controller) else { return Ok(()) };
@@ -239,6 +255,8 @@ impl Passes<'_> {
             points_per_run: usize::try_from(controller.module_points).unwrap_or(0),
             speed_step,
         };
+        // Moved, not copied: with five million points a copy is half a gigabyte.
+        let timed = self.planned.dwell.as_mut().map(|outcome| std::mem::take(&mut outcome.timed)).unwrap_or_default();
         let checked = motion::plan(timed, robot, &request).map_err(one)?;
         self.planned.motion = Some(checked);
         if until == Until::Motion {
@@ -309,15 +327,29 @@ pub fn verify(done: &mut Compilation, program: &Program) {
         Some(checked) => verify::check(program, checked, &planned.job),
         None => vec![target::no_target()],
     };
-    let found: Vec<Diagnostic> = problems.into_iter().map(|problem| in_text(problem, &planned.origins)).collect();
+    let found: Vec<Diagnostic> = problems.into_iter().map(|problem| in_text(problem, &planned.origins, &done.sources)).collect();
     done.diagnostics.extend(found);
     render::sort(&mut done.diagnostics);
 }
 
 impl Planned {
+    /// The path, from whichever pass holds it.
+    pub fn path(&self) -> Option<&ToolPath> {
+        self.path.as_ref().or_else(|| self.timed().map(|timed| &timed.path))
+    }
+
+    /// The path with its speeds: those of the motion, where there is one (a dry run's are slower than dwell's).
+    pub fn timed(&self) -> Option<&TimedPath> {
+        match (&self.motion, &self.dwell) {
+            (Some(motion), _) => Some(&motion.timed),
+            (None, Some(outcome)) => Some(&outcome.timed),
+            (None, None) => None,
+        }
+    }
+
     /// Puts together what is known.
     fn summarise(&mut self, purpose: Purpose, files: &dyn FileProvider, said: &[Problem]) {
-        let (Some(outcome), Some(path)) = (&self.dwell, &self.path) else { return };
+        let (Some(outcome), Some(path)) = (&self.dwell, self.path()) else { return };
         let program = self.program.as_deref();
         let results = report::results(outcome, path, self.motion.as_deref(), program);
         self.result = Some(JobResult {
@@ -394,7 +426,7 @@ impl Planned {
 
 /// A problem that no job stands behind, as a diagnostic.
 pub fn placeless(problem: Problem) -> Diagnostic {
-    in_text(problem, &Origins::default())
+    in_text(problem, &Origins::default(), &Sources::default())
 }
 
 /// What is in the data file at `path`. `unit` is the height that the value 1 means and `pixel` a pixel's side, in metres,

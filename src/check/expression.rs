@@ -17,7 +17,7 @@ impl Checker<'_> {
     /// The expression, typed; if it does not fit what is wanted, that is said and it has failed.
     pub(super) fn expression(&mut self, place: Place, expr: &Expr, want: Option<&Want>) -> Typed {
         if self.depth >= DEEPEST {
-            let message = format!("this is nested more than {DEEPEST} deep");
+            let message = format!("this expression, with the values that it uses, is nested more than {DEEPEST} deep");
             if !self.diagnostics.iter().any(|d| d.code == codes::E0412) {
                 self.say(
                     Diagnostic::error(codes::E0412, expr.span, message).help("give the inner parts names with `let`"),

@@ -72,6 +72,10 @@ pub fn load(files: &dyn FileProvider, path: &str, sets: &[(String, String)]) -> 
     let mut loader = Loader { files, out: Loaded::default(), known: BTreeMap::new(), chain: Vec::new() };
     match read(files, path) {
         Ok(text) => {
+            // The job's file may be called `./a.polish` here and `a.polish` by a file that uses it.
+            if let Ok(whole) = files.resolve("", path) {
+                loader.known.insert(whole, ModuleId(0));
+            }
             loader.file(path, text, None);
             loader.set_params(sets);
         }

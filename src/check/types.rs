@@ -3,6 +3,7 @@
 //! In: nothing but names and dimensions. Out: [`Type`], which value fits which type, and the words that messages use.
 
 use crate::source::Span;
+use crate::syntax::ast::BinaryOp;
 use crate::units::{Dimension, UnitTable};
 use std::sync::Arc;
 
@@ -94,15 +95,10 @@ pub struct Family {
 #[derive(Clone, Debug)]
 pub struct Limit {
     pub text: String,
-    pub kind: LimitKind,
-}
-
-#[derive(Clone, Debug)]
-pub enum LimitKind {
-    /// `2 mm .. 30 mm`, ends included.
-    Range(Typed, Typed),
-    /// `> 0 mm and <= 90 deg`.
-    Comparisons(Vec<(crate::syntax::ast::BinaryOp, Typed)>),
+    /// Whether it was written as a range, `2 mm .. 30 mm`, rather than as comparisons.
+    pub is_range: bool,
+    /// All of these hold; of a range, its two ends, included.
+    pub bounds: Vec<(BinaryOp, Typed)>,
 }
 
 /// A field of a schema.

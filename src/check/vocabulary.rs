@@ -5,7 +5,7 @@
 
 use super::load::ModuleId;
 use super::names::BUILT_IN_TYPES;
-use super::types::{Family, Field, Limit, LimitKind, Schema, SchemaId, Symbol, Type};
+use super::types::{Family, Field, Limit, Schema, SchemaId, Symbol, Type};
 use super::{Binding, Checker, Place, Want};
 use crate::diagnostics::{Diagnostic, codes};
 use crate::source::Span;
@@ -374,10 +374,13 @@ impl<'a> Checker<'a> {
                 let want = Want { ty: Type::Range(Box::new(element.clone())), what: format!("the limit of {what}") };
                 let checked = self.expression(place, range, Some(&want));
                 let text = self.sources.slice(range.span).to_string();
-                match checked.kind {
-                    super::typed::TypedKind::Range(from, to) => Limit { text, kind: LimitKind::Range(*from, *to) },
-                    _ => Limit { text, kind: LimitKind::Comparisons(Vec::new()) },
-                }
+                let bounds = match checked.kind {
+                    super::typed::TypedKind::Range(from, to) => {
+                        vec![(BinaryOp::GreaterEqual, *from), (BinaryOp::LessEqual, *to)]
+                    }
+                    _ => Vec::new(),
+                };
+                Limit { text, is_range: true, bounds }
             }
             Restriction::Comparisons(comparisons) => {
                 let mut text = Vec::new();
@@ -387,7 +390,7 @@ impl<'a> Checker<'a> {
                     let checked = self.wanted(place, bound, element.clone(), format!("the limit of {what}"));
                     kept.push((*operator, checked));
                 }
-                Limit { text: text.join(" and "), kind: LimitKind::Comparisons(kept) }
+                Limit { text: text.join(" and "), is_range: false, bounds: kept }
             }
         }
     }

@@ -267,11 +267,11 @@ fn emitted(done: &Compilation, planned: &Planned, form: Emit) -> Option<(String,
         Emit::Ast => ("ast.txt", Some(done.ast().into_bytes())),
         Emit::Job => ("job.json", serde_json::to_vec_pretty(&planned.job).ok()),
         Emit::Path => {
-            let points = &planned.path.as_ref()?.points;
+            let points = &planned.path()?.points;
             let rows = (0..points.len()).flat_map(|i| [points.position(i), points.normal(i)].concat());
             ("path.npy", npy(6, rows.collect()))
         }
-        Emit::Dwell => ("dwell.npy", npy(1, planned.dwell.as_ref()?.timed.speed.clone())),
+        Emit::Dwell => ("dwell.npy", npy(1, planned.timed()?.speed.clone())),
         Emit::Motion => ("motion.npy", npy(6, planned.motion.as_ref()?.joints.concat())),
         Emit::Residual => {
             let residual = &planned.dwell.as_ref()?.residual;

@@ -158,7 +158,7 @@ impl Evaluator<'_> {
                 let (from, to) = from.zip(to)?;
                 if from.as_quantity()?.value > to.as_quantity()?.value {
                     let (low, high) = (self.shown(&from), self.shown(&to));
-                    let message = format!("this range is reversed: {low} is more than {high}");
+                    let message = format!("the range `{low} .. {high}` begins above its end");
                     self.say(Diagnostic::error(codes::E0409, span, message).help(format!("write `{high} .. {low}`")));
                     return None;
                 }
@@ -199,10 +199,8 @@ impl Evaluator<'_> {
                     return truth(compares(operator, a.value, b.value));
                 }
                 if operator == BinaryOp::Divide && b.value == 0.0 {
-                    self.say(
-                        Diagnostic::error(codes::E0406, typed.span, "division by zero")
-                            .also(right.span, "this is zero"),
-                    );
+                    let message = format!("{} divides by zero", self.quoted(typed.span));
+                    self.say(Diagnostic::error(codes::E0406, typed.span, message).also(right.span, "this is zero"));
                     return None;
                 }
                 self.number(typed, arithmetic(operator, a.value, b.value), false)
@@ -217,10 +215,18 @@ impl Evaluator<'_> {
         }
     }
 
+    /// A short text as it stands, for a sentence; forty letters are still read at a glance.
+    fn quoted(&self, span: Span) -> String {
+        let text = self.sources.slice(span);
+        let short = text.chars().count() <= 40 && !text.contains('\n');
+        if short { format!("`{text}`") } else { "this expression".into() }
+    }
+
     fn number(&mut self, typed: &Typed, value: f64, written: bool) -> Option<Value> {
         if !value.is_finite() {
             let what = if value.is_nan() { "has no value" } else { "is too large for a number" };
-            self.say(Diagnostic::error(codes::E0406, typed.span, format!("this {what}")));
+            let message = format!("{} {what}", self.quoted(typed.span));
+            self.say(Diagnostic::error(codes::E0406, typed.span, message));
             return None;
         }
         let dimension = typed.ty.dimension().unwrap_or(Dimension::NUMBER);

@@ -3,7 +3,7 @@
 use super::evaluate::{Evaluator, Surroundings, compares};
 use super::value::{FieldOfRecord, Value, ValueKind};
 use crate::check::typed::{Typed, TypedKind};
-use crate::check::types::{Limit, LimitKind, Type};
+use crate::check::types::{Limit, Type};
 use crate::diagnostics::{Diagnostic, codes};
 use crate::source::Span;
 use crate::units::show;
@@ -73,23 +73,15 @@ impl Evaluator<'_> {
     }
 
     fn must_be(&self, limit: &Limit) -> String {
-        match limit.kind {
-            LimitKind::Range(..) => format!("within {}", limit.text),
-            LimitKind::Comparisons(_) => limit.text.clone(),
-        }
+        if limit.is_range { format!("within {}", limit.text) } else { limit.text.clone() }
     }
 
     fn is_within(&mut self, value: f64, limit: &Limit) -> bool {
-        // A bound that could not be worked out has been reported; nothing is held against it.
-        let mut holds = |operator, bound: &Typed| {
+        limit.bounds.iter().all(|(operator, bound)| {
             let bound = self.value(bound, Surroundings::default()).and_then(|bound| bound.as_quantity());
-            bound.is_none_or(|bound| compares(operator, value, bound.value))
-        };
-        use crate::syntax::ast::BinaryOp::{GreaterEqual, LessEqual};
-        match &limit.kind {
-            LimitKind::Range(from, to) => holds(GreaterEqual, from) && holds(LessEqual, to),
-            LimitKind::Comparisons(all) => all.iter().all(|(operator, bound)| holds(*operator, bound)),
-        }
+            // A bound that could not be worked out has been reported; nothing is held against it.
+            bound.is_none_or(|bound| compares(*operator, value, bound.value))
+        })
     }
 
     /// A `check` line of a schema. Where a field it speaks of is `none`, it says nothing.
@@ -115,7 +107,7 @@ impl Evaluator<'_> {
         let Some(Value { kind: ValueKind::Bool(false), .. }) = self.value(line, around) else { return };
         let facts: Vec<String> =
             known.iter().map(|(name, value)| format!("`{name}` is {}", self.shown(value))).collect();
-        let message = format!("in `{schema}` must hold `{text}`, but {}", facts.join(" and "));
+        let message = format!("`{text}` must hold in `{schema}`, but {}", facts.join(" and "));
         let place = known.first().map_or(span, |(_, value)| value.span);
         let mut diagnostic = Diagnostic::error(codes::E0405, place, message);
         for (name, value) in known.iter().skip(1) {

@@ -34,7 +34,7 @@ pub fn push_scaled(out: &mut Vec<u8>, scaled: i64, decimals: usize) {
         return;
     }
     let mut decimals = decimals;
-    while decimals > 0 && rest % 10 == 0 {
+    while decimals > 0 && rest.is_multiple_of(10) {
         rest /= 10;
         decimals -= 1;
     }
@@ -86,7 +86,7 @@ mod tests {
             (-0.00005, 4, "-0.0001"),
             (0.5, 0, "1"),
             (-190.0, 4, "-190"),
-            (0.70710678, 8, "0.70710678"),
+            (0.92387953, 8, "0.92387953"),
             (0.1, 9, "0.1"),
             (12.345, 3, "12.345"),
             (0.05, 1, "0.1"),

@@ -31,8 +31,8 @@ fn common_units() -> Vec<CommonUnit> {
     let time = Dimension::TIME;
     let rows: &[(Dimension, &'static str, f64, f64)] = &[
         (length, "nm", 1e-9, 0.0),
-        (length, "um", 1e-6, 0.999_999_5e-6),
-        (length, "mm", 1e-3, 0.0999_999_5e-3),
+        (length, "um", 1e-6, 999.999_5e-9),
+        (length, "mm", 1e-3, 99.999_95e-6),
         (length, "m", 1.0, 10.0),
         (Dimension::whole(2, 0, 0, 0), "mm^2", 1e-6, 0.0),
         (Dimension::whole(2, 0, 0, 0), "m^2", 1.0, 1.0),
@@ -44,8 +44,8 @@ fn common_units() -> Vec<CommonUnit> {
         (time, "min", MINUTE, 180.0),
         (time, "h", HOUR, 2.0 * HOUR),
         (Dimension::whole(1, 0, -1, 0), "nm/s", 1e-9, 0.0),
-        (Dimension::whole(1, 0, -1, 0), "um/s", 1e-6, 0.999_999_5e-6),
-        (Dimension::whole(1, 0, -1, 0), "mm/s", 1e-3, 0.0999_999_5e-3),
+        (Dimension::whole(1, 0, -1, 0), "um/s", 1e-6, 999.999_5e-9),
+        (Dimension::whole(1, 0, -1, 0), "mm/s", 1e-3, 99.999_95e-6),
         (Dimension::whole(1, 0, -2, 0), "mm/s^2", 1e-3, 0.0),
         (Dimension::whole(0, 0, -1, 1), "deg/s", DEGREE, 0.0),
         (Dimension::whole(0, 0, -1, 1), "rpm", 2.0 * PI / 60.0, 720.0 * DEGREE),
@@ -165,7 +165,8 @@ mod tests {
             (Time(10800.0).to_string(), "3 h"),
             (Speed(0.0002).to_string(), "0.2 mm/s"),
             (AngularSpeed(2.0 * PI).to_string(), "360 deg/s"),
-            (AngularSpeed(200.0 * PI / 3.0).to_string(), "1000 rpm"),
+            // 1000 turns in 60 s: 1000 * 2 pi / 60 = 100 pi / 3.
+            (AngularSpeed(100.0 * PI / 3.0).to_string(), "1000 rpm"),
             (Mass(42.0).to_string(), "42 kg"),
             (show(0.8, Dimension::NUMBER), "0.8"),
             (show(1600.0, Dimension::whole(-3, 0, 0, 0)), "1600 m^-3"),

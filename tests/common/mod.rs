@@ -77,9 +77,22 @@ fn numpy(values: &[f64]) -> Vec<u8> {
     npy::write(SIZE, values).expect("whole rows")
 }
 
+/// The map as `.npy` whose header says another shape.
+fn reshaped(shape: &str) -> Vec<u8> {
+    const OLD: &[u8] = b"(60, 60)";
+    let mut bytes = numpy(&picture(|_, _| true));
+    let at = bytes.windows(OLD.len()).position(|words| words == OLD).expect("the shape stands in the header");
+    // The header ends in blanks: as many are taken out as the shape is longer.
+    let longer = shape.len() - OLD.len();
+    let end = bytes.windows(longer + 1).position(|w| w.ends_with(b"\n") && w[..longer].iter().all(|b| *b == b' '));
+    let end = end.expect("blanks at the header's end");
+    bytes.drain(end..end + longer);
+    bytes.splice(at..at + OLD.len(), shape.bytes());
+    bytes
+}
+
 /// Data that fixtures name.
 fn generated(name: &str) -> Option<Vec<u8>> {
-    let everywhere = |_: f64, _: f64| true;
     let disc = |x: f64, y: f64| x * x + y * y < 0.029 * 0.029;
     Some(match name {
         // A good map of a 58 mm disc.
@@ -87,13 +100,9 @@ fn generated(name: &str) -> Option<Vec<u8>> {
         // The same as numbers in nanometres, with no scale in the file.
         "good.npy" => numpy(&picture(disc).iter().map(|h| h * 1e9).collect::<Vec<_>>()),
         "all_nan.npy" => numpy(&vec![f64::NAN; SIZE * SIZE]),
-        "cube.npy" => {
-            let mut bytes = numpy(&picture(everywhere));
-            let text = String::from_utf8_lossy(&bytes[..128]).into_owned();
-            let at = text.find("(60, 60)").expect("the shape stands in the header");
-            bytes[at..at + 8].copy_from_slice(b"(60,6,1)");
-            bytes
-        }
+        "cube.npy" => reshaped("(60,6,1)"),
+        // An array of 30,000 x 30,000 numbers, of which a few are there.
+        "huge.npy" => reshaped("(30000, 30000)"),
         // A hole of 10 mm in the middle of the aperture.
         "hole.dat" => metropro(picture(|x, y| disc(x, y) && x * x + y * y > 0.005 * 0.005)),
         // A hole of three pixels.

@@ -1,9 +1,12 @@
 //! A whole job, its cell in another file: what lands in the structs, where it was said, what its requirements come to.
 
 use super::{library, said};
-use polishc::eval::{Compiled, Options, compile};
+use polishc::eval::value::{Value, ValueKind};
+use polishc::eval::{Compiled, Options, compile, from_value};
 use polishc::job::*;
+use polishc::source::{FileId, Span};
 use polishc::units::si::*;
+use polishc::units::{Dimension, Quantity};
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
@@ -109,7 +112,7 @@ fn every_field_knows_its_line() {
     let compiled = flat(&[("map", "flat.dat")]);
     let job = compiled.jobs.first().expect("a job");
     let text = |field: &str| {
-        let span = job.origins.find(field).unwrap_or_else(|| panic!("no origin of {field}"));
+        let span = job.origins.find(field, |_| true).unwrap_or_else(|| panic!("no origin of {field}"));
         (compiled.sources.name(span.file).to_string(), compiled.sources.slice(span).to_string())
     };
     let here = |text: &str| ("jobs/flat.polish".to_string(), text.to_string());
@@ -211,4 +214,18 @@ fn a_job_is_chosen_by_name() {
         said(&compile(&library(), "jobs/flat.polish", &wrong)),
         ["E0213 the file has no job `flat` | its jobs: `flat_340`"]
     );
+}
+
+#[test]
+fn a_value_of_another_dimension_does_not_become_a_newtype() {
+    let span = Span::new(FileId(0), 0, 0);
+    let second = Value::quantity(span, Quantity { value: 1.0, dimension: Dimension::TIME });
+    assert_eq!(from_value::<Time>(&second), Ok(Time(1.0)));
+    assert!(from_value::<Length>(&second).is_err());
+    assert!(from_value::<f64>(&second).is_err());
+    let half = Value::quantity(span, Quantity::number(0.5));
+    assert_eq!(from_value::<f64>(&half), Ok(0.5));
+    assert!(from_value::<i64>(&half).is_err());
+    assert!(from_value::<Lines>(&Value { span, kind: ValueKind::Symbol("round".into()) }).is_err());
+    assert_eq!(from_value::<Lines>(&Value { span, kind: ValueKind::Symbol("one_way".into()) }), Ok(Lines::one_way));
 }

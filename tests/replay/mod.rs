@@ -80,7 +80,7 @@ job trial {
         part:     "B60"
         form:     plane
         edge:     circle { diameter: 60 mm }
-        clear:    circle { diameter: 54 mm }
+        clear:    circle { diameter: 55 mm }
         material: fused_silica
         error: height_map {
             file:     "map.npy"
@@ -105,7 +105,7 @@ job trial {
     }
 
     path: raster {
-        over:       circle { diameter: 84 mm }
+        over:       circle { diameter: 96 mm }
         point_step: @step@
         line_pitch: @pitch@
         direction:  @direction@

@@ -128,7 +128,11 @@ fn values(cell: &RobotCell, decimals: Decimals) -> Vec<Problem> {
         );
     }
     if let Process::signals(signals) = &cell.process {
-        for (i, input) in signals.inputs.iter().enumerate().filter(|(_, input)| !(input.wait_at_most.0 > 0.0)) {
+        for (i, input) in signals.inputs.iter().enumerate() {
+            let has_time = input.wait_at_most.0 > 0.0;
+            if has_time {
+                continue;
+            }
             let field = format!("robot.cell.process.inputs.{i}.wait_at_most");
             problems.push(
                 Problem::error(E0904, field, format!("the wait for `{}` has no time", input.name))
@@ -147,16 +151,17 @@ fn pack(setup: &Setup, runs: &[Vec<u8>]) -> Result<Vec<Chunk>, Vec<Problem>> {
     let mut chunks: Vec<Chunk> = Vec::new();
     let mut bytes = 0;
     for (r, (run, text)) in setup.motion.runs.iter().zip(runs).enumerate() {
-        for (field, size, most, what) in [
-            ("module_points", run.points.len(), most_points, "points"),
-            ("module_bytes", text.len(), most_bytes, "bytes"),
+        let limits = &setup.rapid.controller;
+        for (field, size, room, most, what) in [
+            ("module_points", run.points.len(), most_points, limits.module_points, "points"),
+            ("module_bytes", text.len(), most_bytes, limits.module_bytes, "bytes"),
         ] {
-            if size > most {
+            if size > room {
                 return Err(vec![
                     Problem::error(
                         E0903,
                         format!("target.controller.{field}"),
-                        format!("run {} needs {size} {what}, more than the {most} that fit into one module", r + 1),
+                        format!("run {} needs {size} {what}, a module of {most} {what} has room for {room}", r + 1),
                     )
                     .note("a module ends only where the tool is lifted off the part")
                     .help(format!(

@@ -360,7 +360,8 @@ impl Differs<'_> {
         }
         let rotation = UnitQuaternion::from_quaternion(Quaternion::new(q[0], q[1], q[2], q[3]));
         let angle = moves::angle_between(&rotation, wanted);
-        if !(angle <= moves::ORIENTATION_TOLERANCE) {
+        let aligned = angle <= moves::ORIENTATION_TOLERANCE;
+        if !aligned {
             findings.add(|| {
                 let degrees = angle.to_degrees();
                 self.problem(field, format!("{component} is turned by {degrees:.4} deg from where the job has it"))

@@ -61,14 +61,10 @@ impl Findings {
     }
 
     fn into_problems(mut self) -> Vec<Problem> {
-        if self.count > self.first.len() {
-            if let Some(last) = self.first.last_mut() {
-                let more = self.count - MOST_DIFFERENCES;
-                last.notes.push(format!(
-                    "{more} more {} not shown",
-                    if more == 1 { "difference is" } else { "differences are" }
-                ));
-            }
+        let more = self.count - self.first.len();
+        if let (1.., Some(last)) = (more, self.first.last_mut()) {
+            let are = if more == 1 { "difference is" } else { "differences are" };
+            last.notes.push(format!("{more} more {are} not shown"));
         }
         self.first
     }

@@ -57,7 +57,8 @@ pub fn angle_between(a: &UnitQuaternion<f64>, b: &UnitQuaternion<f64>) -> f64 {
 pub fn same_jointtarget(found: &[f64], joints: &[f64]) -> Result<(), String> {
     for (j, (found, wanted)) in found.iter().zip(joints).enumerate() {
         let wanted = wanted * (180.0 / std::f64::consts::PI);
-        if !((found - wanted).abs() <= half_digit(JOINT_DECIMALS) + single_step(wanted)) {
+        let same = (found - wanted).abs() <= half_digit(JOINT_DECIMALS) + single_step(wanted);
+        if !same {
             let (found, wanted) = (shortest(*found), shortest(wanted));
             return Err(format!("joint {} stands at {found} deg where {wanted} deg is planned", j + 1));
         }

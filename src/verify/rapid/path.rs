@@ -499,13 +499,15 @@ impl Chunk<'_> {
             report(Difference { code: E1005, field: "path", what });
         }
         let tilt = libm::atan2(axis.cross(&-normal).norm(), axis.dot(&-normal));
-        if !(tilt <= moves::ORIENTATION_TOLERANCE) {
+        let upright = tilt <= moves::ORIENTATION_TOLERANCE;
+        if !upright {
             let what = format!("is met {:.4} deg off the normal", tilt.to_degrees());
             report(Difference { code: E1014, field: "path", what });
             return false;
         }
         let turn = moves::angle_between(&tool.rotation, &wanted_rotation);
-        if !(turn <= 2.0 * moves::ORIENTATION_TOLERANCE) {
+        let aligned = turn <= 2.0 * moves::ORIENTATION_TOLERANCE;
+        if !aligned {
             let what = format!("is met with the tool turned by {:.4} deg about the normal", turn.to_degrees());
             report(Difference { code: E1014, field: "tool.azimuth", what });
             return false;
@@ -545,8 +547,7 @@ impl Chunk<'_> {
         let flange = self.replay.base_object * Replay::target(target) * self.replay.tool_flange;
         match self.wanted.arm.nearest_solution(&flange, joints) {
             Some(solution) => {
-                let far =
-                    (0..6).find(|j| !((solution.joints[*j] - planned_joints[*j]).abs() <= CONFIGURATION_TOLERANCE));
+                let far = (0..6).find(|j| (solution.joints[*j] - planned_joints[*j]).abs() > CONFIGURATION_TOLERANCE);
                 *joints = solution.joints;
                 if let Some(j) = far {
                     let [found, wanted] = [solution.joints[j], planned_joints[j]].map(f64::to_degrees);

@@ -1,0 +1,171 @@
+//! The examples build, and do what they say; the real map of the samples does too.
+//!
+//! Every `examples/NAME/NAME.polish` is built, verified and asked for its own requirements, through the tool as people
+//! call it. The maps in the tree are compared with what `examples/make_maps.rs` makes, byte by byte. The figures of the sample
+//! (`inspect --json`: 432 x 425, 136,359 valid, PV 330.700 nm, RMS 44.591 nm) are those of independent readers of the
+//! file, and stand on the page of the command line. Samples lie in the folder `POLISHC_SAMPLES`, or `../shared/samples`; where
+//! they are absent the test says so and has nothing to prove.
+#![allow(clippy::disallowed_methods, clippy::print_stdout, reason = "tests read files and run the tool")]
+
+#[allow(dead_code, reason = "its main writes the maps")]
+#[path = "../examples/make_maps.rs"]
+mod make_maps;
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+fn polishc(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_polishc")).args(arguments).output().expect("the tool runs")
+}
+
+/// Standard output of a run that must succeed.
+fn good(arguments: &[&str]) -> String {
+    let run = polishc(arguments);
+    assert!(run.status.success(), "{arguments:?}:\n{}", String::from_utf8_lossy(&run.stderr));
+    String::from_utf8(run.stdout).expect("UTF-8")
+}
+
+fn fresh_folder(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("examples").join(name);
+    if folder.exists() {
+        std::fs::remove_dir_all(&folder).expect("an old folder goes");
+    }
+    folder
+}
+
+/// Builds a job, checks `result.json` against the files beside it, and has the program verified.
+fn build_and_verify(job: &str, folder: &Path, sets: &[&str]) -> serde_json::Value {
+    let out = folder.to_str().expect("a path in UTF-8");
+    good(&[&["build", job, "-o", out], sets].concat());
+    let text = std::fs::read_to_string(folder.join("result.json")).expect("result.json");
+    let result: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    let job_result = result["jobs"][0].clone();
+    let requirements = job_result["requirements"].as_array().expect("a list");
+    assert!(!requirements.is_empty(), "{job}: an example asks for something");
+    for requirement in requirements {
+        assert_eq!(requirement["met"], true, "{job}: {requirement}");
+    }
+    let programs = job_result["programs"].as_array().expect("a list");
+    let mut points = 0;
+    let mut named = BTreeSet::from(["result.json".to_string()]);
+    let mut paths = Vec::new();
+    for program in programs {
+        let name = program["file"].as_str().expect("a name");
+        let bytes = std::fs::read(folder.join(name)).expect("a file of the program");
+        assert_eq!(program["bytes"], bytes.len(), "{name}");
+        assert_eq!(program["blake3"], blake3::hash(&bytes).to_hex().as_str(), "{name}");
+        // One straight move a point, and each run one down to start with and one up to end with, at travel speed.
+        points += program["points"].as_u64().expect("a number");
+        named.insert(name.to_string());
+        paths.push(folder.join(name).to_str().expect("UTF-8").to_string());
+    }
+    assert_eq!(job_result["path"]["points"], points, "{job}: points of the modules and of the path");
+    let there: BTreeSet<String> = std::fs::read_dir(folder)
+        .expect("the folder")
+        .map(|entry| entry.expect("an entry").file_name().to_string_lossy().into_owned())
+        .collect();
+    assert_eq!(there, named, "{job}: the folder holds what result.json names");
+    let paths: Vec<&str> = paths.iter().map(String::as_str).collect();
+    good(&[&["verify"], paths.as_slice(), &["--job", job], sets].concat());
+    job_result
+}
+
+#[test]
+fn every_example_builds_and_holds() {
+    let mut found = 0;
+    for entry in std::fs::read_dir("examples").expect("the examples") {
+        let folder = entry.expect("an entry").path();
+        if !folder.is_dir() {
+            continue;
+        }
+        let name = folder.file_name().expect("a name").to_string_lossy().into_owned();
+        let job = format!("examples/{name}/{name}.polish");
+        assert!(Path::new(&job).is_file(), "{name}: an example's job is named as its folder");
+        let result = build_and_verify(&job, &fresh_folder(&name), &[]);
+        assert_eq!(result["name"], name.as_str());
+        assert_eq!(result["note"], "not controller-verified");
+        found += 1;
+    }
+    assert!(found > 0);
+}
+
+/// 380 mm across, lines 0.5 mm apart, points every 4 mm: 761 lines; for the points see raster_count in
+/// tests/golden/compensation.json.
+#[test]
+fn flat_340_has_the_points_of_its_raster() {
+    let count: i64 = (-380..=380)
+        .map(|half_mm: i64| 2 * (((380 * 380 - half_mm * half_mm) as f64).sqrt() / 2.0 / 4.0).floor() as i64 + 1)
+        .sum();
+    assert_eq!(count, 56_703);
+    let said = good(&["build", "examples/flat_340/flat_340.polish", "-o", fresh_folder("said").to_str().expect("UTF-8")]);
+    assert!(said.contains("56703 points on 761 lines"), "{said}");
+    assert!(said.contains("not controller-verified"), "{said}");
+}
+
+#[test]
+fn the_maps_in_the_tree_are_those_that_are_made() {
+    let made = make_maps::maps();
+    for (path, bytes) in &made {
+        let there = std::fs::read(path).unwrap_or_else(|e| panic!("{path}: {e}"));
+        // Not compared by assert_eq, which would print a megabyte.
+        assert!(there == *bytes, "{path} is not what `cargo run --example make_maps` makes");
+    }
+    let made: BTreeSet<&str> = made.iter().map(|(path, _)| *path).collect();
+    let mut todo = vec![PathBuf::from("examples")];
+    while let Some(path) = todo.pop() {
+        if path.is_dir() {
+            todo.extend(std::fs::read_dir(path).expect("a folder").map(|entry| entry.expect("an entry").path()));
+        } else if path.extension().is_some_and(|e| ["dat", "npy"].iter().any(|data| e == *data)) {
+            let name = path.to_string_lossy().replace('\\', "/");
+            assert!(made.contains(name.as_str()), "{name} is data that make_maps does not make");
+        }
+    }
+}
+
+/// The sample of that name, or a line that says it is not there.
+fn sample(name: &str) -> Option<PathBuf> {
+    let folder = std::env::var_os("POLISHC_SAMPLES").map_or_else(|| PathBuf::from("../shared/samples"), PathBuf::from);
+    let path = folder.join(name);
+    if !path.is_file() {
+        println!("skipped: no sample {} (POLISHC_SAMPLES names the folder)", path.display());
+        return None;
+    }
+    Some(path)
+}
+
+#[test]
+fn a_real_map_is_read_planned_and_verified() {
+    let Some(map) = sample("zygo_metropro.dat") else { return };
+    let map = map.to_str().expect("UTF-8").to_string();
+    let said = good(&["inspect", &map, "--json"]);
+    let found: serde_json::Value = serde_json::from_str(&said).expect("JSON");
+    assert_eq!(found["kind"], "height_map");
+    assert_eq!(found["format"], "metropro");
+    assert_eq!((found["rows"].as_u64(), found["columns"].as_u64()), (Some(432), Some(425)));
+    assert_eq!((found["valid"].as_u64(), found["invalid"].as_u64()), (Some(136_359), Some(432 * 425 - 136_359)));
+    assert_eq!((found["pv_nm"].as_f64(), found["rms_nm"].as_f64()), (Some(330.7), Some(44.591)));
+    assert_eq!(found["wavelength_nm"], 632.8);
+    assert_eq!(found["pixel_mm"], serde_json::json!([0.117924, 0.117924]));
+
+    let set = format!("map={map}");
+    let result = build_and_verify("tests/jobs/real_map.polish", &fresh_folder("real_map"), &["--set", &set]);
+    let before = result["predicted"]["rms_before_nm"].as_f64().expect("a number");
+    let after = result["predicted"]["rms_nm"].as_f64().expect("a number");
+    println!("real map: RMS {before} nm -> {after} nm");
+    // The run is to take off 90 %; what the spot can follow of it is what the job requires, 15 nm.
+    assert!(after < 15.0 && after < 0.5 * before, "{before} {after}");
+    let warnings = result["warnings"].to_string();
+    assert!(warnings.contains("W0500"), "the fiducial inside the aperture was filled, and that is said: {warnings}");
+}
+
+/// Without the parameter that has no value the job says what is missing, and nothing is written.
+#[test]
+fn a_map_that_nobody_names_is_asked_for() {
+    let folder = fresh_folder("no_map");
+    let run = polishc(&["build", "tests/jobs/real_map.polish", "-o", folder.to_str().expect("UTF-8")]);
+    assert_eq!(run.status.code(), Some(1));
+    let said = String::from_utf8(run.stderr).expect("UTF-8");
+    assert!(said.contains("map"), "{said}");
+    assert!(!folder.exists(), "nothing is written");
+}
