@@ -88,7 +88,8 @@ impl Value {
         let below = |name: &str| if path.is_empty() { name.to_string() } else { format!("{path}.{name}") };
         match &self.kind {
             ValueKind::Record(record) => {
-                for (name, field) in &record.fields {
+                // What a record leaves out was said by nobody: the nearest place is the record itself, as it is used.
+                for (name, field) in record.fields.iter().filter(|(_, field)| !field.is_default) {
                     field.value.origins(&below(name), into);
                 }
             }
