@@ -370,6 +370,7 @@ fn verify(common: &Common, programs: &[PathBuf], file: &Path, name: Option<&str>
             Ok(bytes) => program.files.push(crate::target::ProgramFile {
                 name: path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default(),
                 bytes,
+                points: 0,
             }),
             Err(error) => {
                 done.diagnostics.push(Diagnostic::placeless(

@@ -56,7 +56,9 @@ pub fn check_segment_times(
 /// The job's limits, if they can be used.
 pub(super) fn limits(dwell: &Corrective, step: f64) -> Result<Limits, Problem> {
     let (least, greatest, acceleration) = (dwell.feed.from.0, dwell.feed.to.0, dwell.acceleration.0);
-    let refuse = |field: &str, message: String| Err(Problem::error(codes::E0700, format!("dwell.{field}"), message));
+    let refuse = |field: &str, message: String| {
+        Err(Problem::error(codes::E0700, format!("dwell.{field}"), message).help("correct the number"))
+    };
     if !(least > 0.0 && least <= greatest && greatest.is_finite()) {
         let message = format!(
             "the feed from {:.4} mm/s to {:.4} mm/s is not a range of positive speeds",
@@ -68,8 +70,8 @@ pub(super) fn limits(dwell: &Corrective, step: f64) -> Result<Limits, Problem> {
     // A whole multiple of the step between the two ends, the ends included in spite of their rounding.
     if (greatest / step * (1.0 + 1e-12)).floor() < (least / step * (1.0 - 1e-12)).ceil() {
         let message =
-            format!("the feed holds no speed that the controller can be told, in steps of {} mm/s", step * 1e3);
-        return refuse("feed", message);
+            format!("the feed holds no speed that the controller can be told, in steps of {:.6} mm/s", step * 1e3);
+        return Err(Problem::error(codes::E0700, "dwell.feed", message).help("widen the range"));
     }
     if !(acceleration > 0.0 && acceleration.is_finite()) {
         return refuse(
@@ -133,10 +135,15 @@ pub(super) fn check_resolution(
     if line_pitch > 1.5 * footprint.sigma {
         let ratio = std::f64::consts::PI * footprint.sigma / line_pitch;
         let ripple = 2.0 * libm::exp(-2.0 * ratio * ratio);
+        // Beyond half of the depth the first term alone says too little, and the strips are plain to see.
+        let leave = if ripple < 0.5 {
+            format!("a ripple of about {:.1} % of the removal", ripple * 1e2)
+        } else {
+            "strips between them that lose hardly anything".to_string()
+        };
         let message = format!(
-            "lines {:.3} mm apart leave a ripple of about {:.1} % of the removal, since the spot's sigma is {:.3} mm",
+            "lines {:.3} mm apart leave {leave}, since the spot's sigma is {:.3} mm",
             line_pitch * 1e3,
-            ripple * 1e2,
             footprint.sigma * 1e3
         );
         warnings.push(

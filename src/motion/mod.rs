@@ -61,7 +61,7 @@ pub struct Request {
     pub purpose: Purpose,
     /// Most points of one run: what a program module holds.
     pub points_per_run: usize,
-    /// The speed step of the target, m/s; a dry run's speeds are cut to whole multiples of it.
+    /// The speed step of the target, m/s; speeds that are cut to the travel speed stay whole multiples of it.
     pub speed_step: f64,
 }
 
@@ -106,7 +106,8 @@ pub struct ToolPose {
 #[derive(Clone, Debug)]
 pub struct Motion {
     pub purpose: Purpose,
-    /// The path with its speeds; a dry run's speeds are already cut.
+    /// The path with its speeds as they are driven: down to a run's first point, and in a dry run everywhere, at most
+    /// the travel speed.
     pub timed: TimedPath,
     pub frames: FrameChain,
     pub runs: Vec<Run>,

@@ -17,6 +17,8 @@ pub struct ProgramFile {
     /// File name without folder.
     pub name: String,
     pub bytes: Vec<u8>,
+    /// Points of the path that this file holds, for the report; 0 in the main module and in files from a disk.
+    pub points: usize,
 }
 
 /// A program: its files in order, the main module first.
