@@ -67,16 +67,7 @@ struct Case {
 }
 
 const CASES: [Case; 4] = [
-    Case {
-        name: "askew",
-        frames: ASKEW,
-        azimuth: 0.0,
-        gap: 1.0,
-        direction: 0.0,
-        one_way: false,
-        step: 2,
-        pitch: 2,
-    },
+    Case { name: "askew", frames: ASKEW, azimuth: 0.0, gap: 1.0, direction: 0.0, one_way: false, step: 2, pitch: 2 },
     Case {
         name: "one way, turned by -30 deg, azimuth 165 deg",
         frames: ASKEW,
@@ -158,8 +149,7 @@ fn lattice(case: &Case) -> Vec<Vec<[f64; 2]>> {
         if v > 48 {
             break;
         }
-        let mut line: Vec<i64> =
-            (-48..=48).filter(|u| u % case.step == 0 && u * u + v * v <= 48 * 48).collect();
+        let mut line: Vec<i64> = (-48..=48).filter(|u| u % case.step == 0 && u * u + v * v <= 48 * 48).collect();
         if !case.one_way && j % 2 == 1 {
             line.reverse();
         }
@@ -388,10 +378,8 @@ fn speeds_are_those_of_the_dwell_plan() {
     let dwell = files.iter().find(|(name, _)| name == "trial.dwell.npy").expect("the dwell").1.clone();
     files.retain(|(name, _)| name.ends_with(".mod"));
     let header = 10 + usize::from(u16::from_le_bytes([dwell[8], dwell[9]]));
-    let planned: Vec<f64> = dwell[header..]
-        .chunks_exact(8)
-        .map(|b| f64::from_le_bytes(b.try_into().expect("eight bytes")))
-        .collect();
+    let planned: Vec<f64> =
+        dwell[header..].chunks_exact(8).map(|b| f64::from_le_bytes(b.try_into().expect("eight bytes"))).collect();
     let written: Vec<f64> =
         ProgramText::read(&files).runs().into_iter().flat_map(|run| run.points).map(|point| point.speed).collect();
     assert_eq!(written.len(), planned.len());

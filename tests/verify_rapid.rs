@@ -209,7 +209,12 @@ fn hand_edits() -> Vec<Edit> {
         ),
         ("joint move slower", replaced(p, 1, "\\T:=", "\\T:=9"), "E1008", &["the approach of run 1", "time"]),
         ("retract removed", without(move_line(p, 2, 23)), "E1013", &["the retract of run 2", "missing"]),
-        ("digest of a module", replaced(p, 2, "_digest<>\"", "_digest<>\"0"), "E1009", &["Flat340_002.mod", "Flat340_digest<>"]),
+        (
+            "digest of a module",
+            replaced(p, 2, "_digest<>\"", "_digest<>\"0"),
+            "E1009",
+            &["Flat340_002.mod", "Flat340_digest<>"],
+        ),
         (
             "digest of the main module",
             replaced(p, 0, "_digest:=\"", "_digest:=\"0"),
