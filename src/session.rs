@@ -3,6 +3,7 @@
 //! In: a [`FileProvider`], a [`Request`]. Out: a [`Compilation`]: the sources read, everything there is to say, and what
 //! was planned for each job. Nothing is written and no clock is read: [`Watch`] tells the caller which pass begins.
 
+use crate::check;
 use crate::diagnostics::codes as code;
 use crate::diagnostics::render;
 use crate::diagnostics::{Diagnostic, Problem, Severity};
@@ -13,7 +14,7 @@ use crate::metrology::{self, ErrorMap};
 use crate::motion::{self, Checked, Motion, Purpose};
 use crate::path::{self, ToolPath};
 use crate::report::{self, Input, JobResult, Met};
-use crate::source::{FileProvider, Sources};
+use crate::source::{FileProvider, Sources, Span};
 use crate::syntax;
 use crate::target::{self, Program};
 use crate::tool::{self, InfluenceFunction};
@@ -148,7 +149,7 @@ pub fn compile(files: &dyn FileProvider, request: &Request, watch: &dyn Watch) -
             if finished && request.until == Until::Program && request.purpose == Purpose::Polish {
                 done.diagnostics.extend(planned.unmet());
             }
-            done.diagnostics.extend(said.into_iter().map(|problem| in_text(problem, &planned.origins)));
+            done.diagnostics.extend(said.into_iter().map(|problem| in_text(problem, &planned.origins, &done.sources)));
         }
         done.jobs.push(planned);
     }
@@ -157,8 +158,10 @@ pub fn compile(files: &dyn FileProvider, request: &Request, watch: &dyn Watch) -
 }
 
 /// What a pass said of a field, put at the line of the job that said the field.
-fn in_text(problem: Problem, origins: &Origins) -> Diagnostic {
-    let span = problem.field.as_deref().and_then(|field| origins.find(field));
+fn in_text(problem: Problem, origins: &Origins, sources: &Sources) -> Diagnostic {
+    // A value of the standard library is right as it stands; what is wrong is the line that took it for this job.
+    let ours = |span: &Span| !sources.name(span.file).starts_with(check::library::PREFIX);
+    let span = problem.field.as_deref().and_then(|field| origins.find(field, ours)).map(|span| head(span, sources));
     let mut diagnostic = match span {
         Some(span) => Diagnostic::error(problem.code, span, problem.message),
         None => Diagnostic::placeless(problem.code, problem.message),
@@ -167,6 +170,18 @@ fn in_text(problem: Problem, origins: &Origins) -> Diagnostic {
     diagnostic.notes = problem.notes;
     diagnostic.help = problem.help;
     diagnostic
+}
+
+/// Of a value over several lines the first line without its bracket: `height_map`, `frame`. What matters is which one.
+fn head(span: Span, sources: &Sources) -> Span {
+    let text = sources.slice(span);
+    match text.split_once('\n') {
+        Some((first, _)) => {
+            let length = first.trim_end().trim_end_matches('{').trim_end().len().max(1);
+            Span { end: span.start + length as u32, ..span }
+        }
+        None => span,
+    }
 }
 
 /// Runs the passes of one job, as far as they go.
@@ -312,7 +327,7 @@ pub fn verify(done: &mut Compilation, program: &Program) {
         Some(checked) => verify::check(program, checked, &planned.job),
         None => vec![target::no_target()],
     };
-    let found: Vec<Diagnostic> = problems.into_iter().map(|problem| in_text(problem, &planned.origins)).collect();
+    let found: Vec<Diagnostic> = problems.into_iter().map(|problem| in_text(problem, &planned.origins, &done.sources)).collect();
     done.diagnostics.extend(found);
     render::sort(&mut done.diagnostics);
 }
@@ -411,7 +426,7 @@ impl Planned {
 
 /// A problem that no job stands behind, as a diagnostic.
 pub fn placeless(problem: Problem) -> Diagnostic {
-    in_text(problem, &Origins::default())
+    in_text(problem, &Origins::default(), &Sources::default())
 }
 
 /// What is in the data file at `path`. `unit` is the height that the value 1 means and `pixel` a pixel's side, in metres,

@@ -209,8 +209,11 @@ pub(super) fn check_base(
 pub(super) fn warn(figures: &Figures, dwell: &Corrective, warnings: &mut Vec<Problem>) {
     // A tenth of the times at a bound is where the reference study saw the residual suffer.
     if figures.at_bounds > 0.1 {
-        let message =
-            format!("{:.0} % of the moves over the clear aperture run at an end of `feed`", figures.at_bounds * 1e2);
+        let message = format!(
+            "{:.0} % of the moves over the clear aperture run as fast as they may, and {:.0} % at the least feed",
+            (figures.at_bounds - figures.at_least) * 1e2,
+            figures.at_least * 1e2
+        );
         warnings.push(
             Problem::warning(codes::W0702, "dwell.feed", message)
                 .note("the solver would go faster or slower there; the residual suffers")

@@ -65,6 +65,8 @@ pub struct Figures {
     pub greatest_speed: f64,
     /// Part of those segments whose time lies at one of its bounds.
     pub at_bounds: f64,
+    /// Part of them at the least feed: their longest time.
+    pub at_least: f64,
     /// Least distance of a standing tool from the part's edge.
     pub overrun: f64,
     /// Steps of the solver, all rounds together.
@@ -162,8 +164,11 @@ pub fn solve(task: Task, warnings: &mut Vec<Problem>) -> Result<Outcome, Problem
     let (solver_rms, mut speeds) = best.unwrap_or_default();
     speed::round(&mut speeds, &segments, &limits, task.speed_step);
     let step = task.speed_step;
-    let at_bound = |i: &&usize| speeds[**i] < limits.least + step || speeds[**i] > fastest[**i] - step;
-    let at_bounds = inside.iter().filter(at_bound).count();
+    let part = |at: &dyn Fn(usize) -> bool| {
+        inside.iter().filter(|i| at(**i)).count() as f64 / inside.len().max(1) as f64
+    };
+    let at_least = part(&|i| speeds[i] < limits.least + step);
+    let at_bounds = part(&|i| speeds[i] < limits.least + step || speeds[i] > fastest[i] - step);
     let timed = timed_path(task.path, &segments, &speeds, &limits, task.speed_step);
     let mut outcome = predict(timed, &footprint, task.error, task.clear, dwell)?;
     let speed_of = |pick: fn(f64, f64) -> f64, from: f64| inside.iter().fold(from, |s, &i| pick(s, speeds[i]));
@@ -171,7 +176,8 @@ pub fn solve(task: Task, warnings: &mut Vec<Problem>) -> Result<Outcome, Problem
         floor,
         least_speed: speed_of(f64::min, limits.greatest),
         greatest_speed: speed_of(f64::max, 0.0),
-        at_bounds: at_bounds as f64 / inside.len().max(1) as f64,
+        at_bounds,
+        at_least,
         overrun: ends.least_overrun,
         iterations,
         rounds,

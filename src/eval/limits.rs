@@ -107,7 +107,7 @@ impl Evaluator<'_> {
         let Some(Value { kind: ValueKind::Bool(false), .. }) = self.value(line, around) else { return };
         let facts: Vec<String> =
             known.iter().map(|(name, value)| format!("`{name}` is {}", self.shown(value))).collect();
-        let message = format!("in `{schema}` must hold `{text}`, but {}", facts.join(" and "));
+        let message = format!("`{text}` must hold in `{schema}`, but {}", facts.join(" and "));
         let place = known.first().map_or(span, |(_, value)| value.span);
         let mut diagnostic = Diagnostic::error(codes::E0405, place, message);
         for (name, value) in known.iter().skip(1) {

@@ -26,7 +26,8 @@ pub enum ValueKind {
     File(String),
     Symbol(String),
     None,
-    List(Vec<Value>),
+    /// Shared, because a `let` may be used many times.
+    List(Arc<Vec<Value>>),
     Range(Box<Value>, Box<Value>),
     Record(Arc<Record>),
 }
@@ -61,6 +62,16 @@ impl Value {
         }
     }
 
+    /// How many values a list holds, those of inner lists included; one for anything else.
+    pub fn count(&self) -> usize {
+        match &self.kind {
+            ValueKind::List(elements) => {
+                elements.iter().fold(0, |count: usize, element| count.saturating_add(element.count()))
+            }
+            _ => 1,
+        }
+    }
+
     /// All numbers that `where` and `usual` speak of: itself, the elements of a list, the ends of a range.
     pub fn numbers(&self) -> Vec<&Value> {
         match &self.kind {
@@ -77,7 +88,8 @@ impl Value {
         let below = |name: &str| if path.is_empty() { name.to_string() } else { format!("{path}.{name}") };
         match &self.kind {
             ValueKind::Record(record) => {
-                for (name, field) in &record.fields {
+                // What a record leaves out was said by nobody: the nearest place is the record itself, as it is used.
+                for (name, field) in record.fields.iter().filter(|(_, field)| !field.is_default) {
                     field.value.origins(&below(name), into);
                 }
             }

@@ -13,11 +13,12 @@ use std::collections::BTreeMap;
 pub struct Origins(pub BTreeMap<String, Span>);
 
 impl Origins {
-    /// The place of `field`, or of the nearest field around it, or of the job (the empty path).
-    pub fn find(&self, field: &str) -> Option<Span> {
+    /// The place of `field`, or of the nearest field around it, or of the job (the empty path): the first of them that
+    /// `wanted` takes.
+    pub fn find(&self, field: &str, wanted: impl Fn(&Span) -> bool) -> Option<Span> {
         let mut path = field;
         loop {
-            if let Some(span) = self.0.get(path) {
+            if let Some(span) = self.0.get(path).filter(|span| wanted(span)) {
                 return Some(*span);
             }
             match path.rfind('.') {

@@ -83,13 +83,13 @@ pub fn read(bytes: &[u8], name: &str) -> Result<RawMap, Problem> {
         let how = if (bytes.len() as u64) < expected { "cut short" } else { "longer than its header says" };
         return Err(sizes(name, format!("is {how}: it has {} bytes and should have {expected}", bytes.len())));
     }
-    let wavelength = header.within(168, "wavelength in metres", WAVELENGTHS)?;
-    let scale_factor = header.within(164, "interferometric scale factor", FACTORS)?;
-    let obliquity = header.within(176, "obliquity factor", FACTORS)?;
+    let wavelength = header.within(168, "wavelength", WAVELENGTHS, (" nm", 1e9))?;
+    let scale_factor = header.within(164, "interferometric scale factor", FACTORS, ("", 1.0))?;
+    let obliquity = header.within(176, "obliquity factor", FACTORS, ("", 1.0))?;
     let lateral = f64::from(header.float32(184));
     let pixel = match lateral {
         0.0 => None,
-        _ => Some([header.within(184, "lateral resolution in metres a pixel", PITCHES)?; 2]),
+        _ => Some([header.within(184, "pixel", PITCHES, (" mm", 1e3))?; 2]),
     };
     let height = wavelength * scale_factor * obliquity / header.resolution(index)?;
 
@@ -164,13 +164,20 @@ impl Header<'_> {
         ))
     }
 
-    /// The 32-bit float at `at`, if it can be what it is called.
-    fn within(&self, at: usize, what: &str, (from, to): (f64, f64)) -> Result<f64, Problem> {
+    /// The 32-bit float at `at`, if it can be what it is called. For people it is written in `unit`, of which there are
+    /// `scale` in the header's own.
+    fn within(&self, at: usize, what: &str, (from, to): (f64, f64), (unit, scale): (&str, f64)) -> Result<f64, Problem> {
         let value = f64::from(self.float32(at));
         if value >= from && value <= to {
             return Ok(value);
         }
-        Err(impossible(self.name, format!("its {what} is {value:e}, which is not within {from:e} .. {to:e}")))
+        let shown = |value: f64| {
+            let text = format!("{:.6}", value * scale);
+            let short = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
+            format!("{short}{unit}")
+        };
+        let [value, from, to] = [value, from, to].map(shown);
+        Err(impossible(self.name, format!("its {what} is {value}, which is not within {from} .. {to}")))
     }
 
     /// Counts a fringe. Resolution 2 came with format 2.

@@ -171,14 +171,14 @@ pub(crate) fn doubt_scale(raw: &RawMap, quantity: Quantity, warnings: &mut Vec<P
         _ => None,
     };
     if let Some((file, job)) = doubt {
-        let message = format!("the file's scale factor makes its values {file}, but the job says `quantity: {job}`");
+        let message = format!("the scale factor in the map's file makes its values {file}, but the job says `quantity: {job}`");
         warnings.push(
             Problem::warning(codes::W0502, "quantity", message)
                 .note("one of the two is wrong by a factor of two, unless the part was measured in an unusual set-up"),
         );
     }
     if raw.sign_inverted {
-        let message = "the file says that its sign was inverted when it was taken; its values are used as they stand";
+        let message = "the map's file says that its sign was inverted when it was taken; its values are used as they stand";
         warnings.push(
             Problem::warning(codes::W0503, "positive", message)
                 .help("make sure on the instrument that `positive` speaks of the values as they are stored"),
@@ -290,16 +290,21 @@ fn too_large_hole(grid: &Grid, hole: &holes::Hole, limit: f64) -> Problem {
         x += place[0] / count;
         y += place[1] / count;
     }
+    let (filled, help) = if limit > 0.0 {
+        (format!("holes up to {} are filled", square_millimetres(limit)), "raise `fill_below`")
+    } else {
+        ("the job lets none be filled".to_string(), "allow holes of that size by `fill_below`")
+    };
+    // Adding zero turns -0.0 into 0.0.
     let message = format!(
-        "the map has a hole of {} ({}) inside the clear aperture about x {:.3} mm, y {:.3} mm; holes up to {} are filled",
+        "the map has a hole of {} ({}) inside the clear aperture about x {:.3} mm, y {:.3} mm; {filled}",
         square_millimetres(count * grid.pixel[0] * grid.pixel[1]),
         plural(hole.pixels.len(), "pixel"),
-        x * 1e3,
-        y * 1e3,
-        square_millimetres(limit)
+        (x * 1e6).round() / 1e3 + 0.0,
+        (y * 1e6).round() / 1e3 + 0.0
     );
     Problem::error(codes::E0510, "fill_below", message)
-        .help("measure again, or raise `fill_below` if a smooth surface may be assumed there")
+        .help(format!("measure again, or {help} if a smooth surface may be assumed there"))
 }
 
 fn plural(count: usize, noun: &str) -> String {

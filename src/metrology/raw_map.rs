@@ -61,14 +61,14 @@ impl RawMap {
         match (self.pixel, stated) {
             (Some(own), None) => Ok(own),
             (None, Some(pixel)) => Ok([pixel; 2]),
-            (None, None) => Err(Problem::error(codes::E0506, "pixel", "the file does not say how large a pixel is")
+            (None, None) => Err(Problem::error(codes::E0506, "pixel", "the map's file does not say how large a pixel is")
                 .help("state the side of one pixel: `pixel: 0.5 mm` (on the command line `--pixel 0.5mm`)")),
             (Some(own), Some(pixel)) => {
                 if own.iter().all(|side| (side / pixel - 1.0).abs() <= PIXEL_AGREEMENT) {
                     return Ok(own);
                 }
                 let message = format!(
-                    "the file says that a pixel has {:.6} mm x {:.6} mm, but {:.6} mm is stated",
+                    "the map's file says that a pixel has {:.6} mm x {:.6} mm, but {:.6} mm is stated",
                     own[0] * 1e3,
                     own[1] * 1e3,
                     pixel * 1e3
@@ -95,7 +95,7 @@ impl RawMap {
                 return Err(Problem::error(
                     codes::E0506,
                     "unit",
-                    "the file does not say what its heights are measured in",
+                    "the map's file does not say what its heights are measured in",
                 )
                 .help("state what the value 1 means: `unit: 1 nm` (on the command line `--unit 1nm`)"));
             }
@@ -103,7 +103,7 @@ impl RawMap {
                 return Err(Problem::error(
                     codes::E0507,
                     "unit",
-                    "the file says its own scale, a unit beside it is one too many",
+                    "the map's file says its own scale, a unit beside it is one too many",
                 )
                 .help("leave `unit` out"));
             }
@@ -116,7 +116,7 @@ impl RawMap {
         if let Some(at) = heights.iter().position(|h| h.abs() > LARGEST_HEIGHT) {
             let (row, column) = (at / self.columns, at % self.columns);
             let message = format!(
-                "the height in row {row}, column {column} of the map is {:e} mm; more than {:.0} mm is no form error",
+                "the height in row {row}, column {column} of the map is {:.3} mm; more than {:.0} mm is no form error",
                 heights[at] * 1e3,
                 LARGEST_HEIGHT * 1e3
             );

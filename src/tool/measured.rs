@@ -69,10 +69,18 @@ fn read_within(
     };
     let mut depth = lay(&picture, measured.up, mirrored, start);
     let radius = measured.radius.0;
+    // With the wrong sign the deepest pixel is any pixel but that of the spot.
+    let looked_for = |problem: Problem| {
+        let [column, row] = start;
+        problem.note(format!(
+            "the deepest pixel of the map was taken for the spot: column {column}, row {row} of the picture; if the spot is \
+             not there, check `positive`"
+        ))
+    };
     let spot = match &measured.origin {
         Origin::frame_centre(_) | Origin::pixel_at(_) => levelled(&depth, radius)?,
-        Origin::peak(_) => settle(&mut depth, radius, peak)?,
-        Origin::centroid(_) => settle(&mut depth, radius, centroid)?,
+        Origin::peak(_) => settle(&mut depth, radius, peak).map_err(looked_for)?,
+        Origin::centroid(_) => settle(&mut depth, radius, centroid).map_err(looked_for)?,
     };
     finish(spot, radius, measured.dwell.0)
 }

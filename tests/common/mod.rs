@@ -56,6 +56,18 @@ fn picture(valid: impl Fn(f64, f64) -> bool) -> Vec<f64> {
     values
 }
 
+/// A dip of 150 nm with a sigma of 4 mm in the middle, and what `more` adds at a squared distance from it.
+fn spot(more: impl Fn(f64) -> f64) -> Vec<f64> {
+    let middle = (SIZE - 1) as f64 / 2.0;
+    (0..SIZE * SIZE)
+        .map(|i| {
+            let [x, y] = [(i % SIZE) as f64, (i / SIZE) as f64].map(|k| (k - middle) * 1e-3);
+            let r2 = x * x + y * y;
+            -150e-9 * (-r2 / (2.0 * 0.004 * 0.004)).exp() + more(r2)
+        })
+        .collect()
+}
+
 fn metropro(heights: Vec<f64>) -> Vec<u8> {
     let settings = Settings { header_format: 1, phase_resolution: 1, ..Settings::fizeau(1e-3) };
     metropro::write(SIZE, &heights, &settings).expect("heights that fit the format")
@@ -65,9 +77,22 @@ fn numpy(values: &[f64]) -> Vec<u8> {
     npy::write(SIZE, values).expect("whole rows")
 }
 
+/// The map as `.npy` whose header says another shape.
+fn reshaped(shape: &str) -> Vec<u8> {
+    const OLD: &[u8] = b"(60, 60)";
+    let mut bytes = numpy(&picture(|_, _| true));
+    let at = bytes.windows(OLD.len()).position(|words| words == OLD).expect("the shape stands in the header");
+    // The header ends in blanks: as many are taken out as the shape is longer.
+    let longer = shape.len() - OLD.len();
+    let end = bytes.windows(longer + 1).position(|w| w.ends_with(b"\n") && w[..longer].iter().all(|b| *b == b' '));
+    let end = end.expect("blanks at the header's end");
+    bytes.drain(end..end + longer);
+    bytes.splice(at..at + OLD.len(), shape.bytes());
+    bytes
+}
+
 /// Data that fixtures name.
 fn generated(name: &str) -> Option<Vec<u8>> {
-    let everywhere = |_: f64, _: f64| true;
     let disc = |x: f64, y: f64| x * x + y * y < 0.029 * 0.029;
     Some(match name {
         // A good map of a 58 mm disc.
@@ -75,13 +100,9 @@ fn generated(name: &str) -> Option<Vec<u8>> {
         // The same as numbers in nanometres, with no scale in the file.
         "good.npy" => numpy(&picture(disc).iter().map(|h| h * 1e9).collect::<Vec<_>>()),
         "all_nan.npy" => numpy(&vec![f64::NAN; SIZE * SIZE]),
-        "cube.npy" => {
-            let mut bytes = numpy(&picture(everywhere));
-            let text = String::from_utf8_lossy(&bytes[..128]).into_owned();
-            let at = text.find("(60, 60)").expect("the shape stands in the header");
-            bytes[at..at + 8].copy_from_slice(b"(60,6,1)");
-            bytes
-        }
+        "cube.npy" => reshaped("(60,6,1)"),
+        // An array of 30,000 x 30,000 numbers, of which a few are there.
+        "huge.npy" => reshaped("(30000, 30000)"),
         // A hole of 10 mm in the middle of the aperture.
         "hole.dat" => metropro(picture(|x, y| disc(x, y) && x * x + y * y > 0.005 * 0.005)),
         // A hole of three pixels.
@@ -99,6 +120,30 @@ fn generated(name: &str) -> Option<Vec<u8>> {
             bytes[68..70].copy_from_slice(&30_000_i16.to_be_bytes());
             bytes
         }
+        // Taken with the control "sign" set to inverted.
+        "inverted.dat" => {
+            let mut bytes = metropro(picture(disc));
+            bytes[232..234].copy_from_slice(&1_i16.to_be_bytes());
+            bytes
+        }
+        // The wavelength of the header, bytes 168 to 171, is zero.
+        "dark.dat" => {
+            let mut bytes = metropro(picture(disc));
+            bytes[168..172].fill(0);
+            bytes
+        }
+        "coarse.npy" => npy::write(3, &[1.0, 2.0, 1.5, 0.5, 3.0, 1.0, 2.5, 0.5, 1.0]).expect("whole rows"),
+        // Spots of 30 s.
+        "spot.dat" => metropro(spot(|_| 0.0)),
+        "spot_hole.dat" => metropro(spot(|r2| if r2 < 0.002 * 0.002 { f64::NAN } else { 0.0 })),
+        // 40 nm of glass stand up in a ring of 9 to 12 mm radius.
+        "spot_ring.dat" => metropro(spot(|r2| if (0.009 * 0.009..0.012 * 0.012).contains(&r2) { 40e-9 } else { 0.0 })),
+        // Any heights between -10 and 10 nm.
+        "noise_map.dat" => {
+            let height = |i: usize| ((i as u32).wrapping_mul(2_654_435_761) >> 24) as f64 * 8e-11 - 1e-8;
+            metropro((0..SIZE * SIZE).map(height).collect())
+        }
+        "flat.dat" => metropro(vec![0.0; SIZE * SIZE]),
         "noise.dat" => (0..4096_u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 24) as u8).collect(),
         _ => return None,
     })

@@ -112,7 +112,7 @@ fn every_field_knows_its_line() {
     let compiled = flat(&[("map", "flat.dat")]);
     let job = compiled.jobs.first().expect("a job");
     let text = |field: &str| {
-        let span = job.origins.find(field).unwrap_or_else(|| panic!("no origin of {field}"));
+        let span = job.origins.find(field, |_| true).unwrap_or_else(|| panic!("no origin of {field}"));
         (compiled.sources.name(span.file).to_string(), compiled.sources.slice(span).to_string())
     };
     let here = |text: &str| ("jobs/flat.polish".to_string(), text.to_string());
