@@ -193,7 +193,8 @@ fn the_platforms_vector_code_does_not_matter() {
     let job = flat();
     let path = format!("{}/{}", job.folder, job.file);
     let as_it_is = by_the_tool(&job, Path::new("."), &path, "avx", &[], &[]);
-    let tunables = [("GLIBC_TUNABLES", "glibc.cpu.hwcaps=-AVX,-AVX2,-FMA,-FMA4,-AVX512F,-AVX512VL,-AVX_Fast_Unaligned_Load")];
+    let tunables =
+        [("GLIBC_TUNABLES", "glibc.cpu.hwcaps=-AVX,-AVX2,-FMA,-FMA4,-AVX512F,-AVX512VL,-AVX_Fast_Unaligned_Load")];
     let without = by_the_tool(&job, Path::new("."), &path, "no_avx", &[], &tunables);
     assert_same(&as_it_is, &without, "without AVX in glibc");
 }

@@ -98,7 +98,8 @@ fn flat_340_has_the_points_of_its_raster() {
         .map(|half_mm: i64| 2 * (((380 * 380 - half_mm * half_mm) as f64).sqrt() / 2.0 / 4.0).floor() as i64 + 1)
         .sum();
     assert_eq!(count, 56_703);
-    let said = good(&["build", "examples/flat_340/flat_340.polish", "-o", fresh_folder("said").to_str().expect("UTF-8")]);
+    let said =
+        good(&["build", "examples/flat_340/flat_340.polish", "-o", fresh_folder("said").to_str().expect("UTF-8")]);
     assert!(said.contains("56703 points on 761 lines"), "{said}");
     assert!(said.contains("not controller-verified"), "{said}");
 }

@@ -11,7 +11,7 @@
 //! lines at v = -48 + j * pitch while |v| <= 48, points at whole multiples u of the step with u² + v² <= 48² (mm, exact in
 //! whole numbers), turned by `direction`; every second line of a serpentine backwards. Tool x lies at `azimuth`.
 //! Tolerances are those of the project: 1 um, and 0.001 degrees; for joints, what five written decimals of a degree mean.
-#![allow(clippy::disallowed_methods, reason = "tests may use the platform's mathematics")]
+#![allow(clippy::disallowed_methods, clippy::print_stdout, reason = "tests use mathematics and files, and say figures")]
 
 mod replay;
 
@@ -67,16 +67,7 @@ struct Case {
 }
 
 const CASES: [Case; 4] = [
-    Case {
-        name: "askew",
-        frames: ASKEW,
-        azimuth: 0.0,
-        gap: 1.0,
-        direction: 0.0,
-        one_way: false,
-        step: 2,
-        pitch: 2,
-    },
+    Case { name: "askew", frames: ASKEW, azimuth: 0.0, gap: 1.0, direction: 0.0, one_way: false, step: 2, pitch: 2 },
     Case {
         name: "one way, turned by -30 deg, azimuth 165 deg",
         frames: ASKEW,
@@ -158,8 +149,7 @@ fn lattice(case: &Case) -> Vec<Vec<[f64; 2]>> {
         if v > 48 {
             break;
         }
-        let mut line: Vec<i64> =
-            (-48..=48).filter(|u| u % case.step == 0 && u * u + v * v <= 48 * 48).collect();
+        let mut line: Vec<i64> = (-48..=48).filter(|u| u % case.step == 0 && u * u + v * v <= 48 * 48).collect();
         if !case.one_way && j % 2 == 1 {
             line.reverse();
         }
@@ -233,8 +223,9 @@ impl Replay<'_> {
         nearest(&self.oracle, &their_pose(&flange), previous)
     }
 
-    /// Checks that the tool stands over `place` of the part, `height` above the contact.
-    fn stands(&self, joints: &[f64; 6], place: [f64; 2], height: f64, place_tolerance: f64, what: &str) {
+    /// Checks that the tool stands over `place` of the part, `height` above the contact. Gives back how far it is off, mm
+    /// and degrees.
+    fn stands(&self, joints: &[f64; 6], place: [f64; 2], height: f64, place_tolerance: f64, what: &str) -> [f64; 2] {
         let tool = self.tool_in_part(joints);
         let into_the_glass = tool.axis(2);
         let reach = self.case.gap + height;
@@ -247,16 +238,17 @@ impl Replay<'_> {
         let azimuth = self.case.azimuth.to_radians();
         let turned = degrees_between(tool.axis(0), [azimuth.cos(), azimuth.sin(), 0.0]);
         assert!(turned <= ANGLE, "{what}: {turned} deg off the azimuth");
+        [off, lean.max(turned)]
     }
 
-    /// Replays one run over its lines of the lattice; gives back the joints of all its points.
-    fn run(&self, run: &RunText, lines: &[Vec<[f64; 2]>], what: &str) -> Vec<[f64; 6]> {
+    /// Replays one run over its lines of the lattice; gives back how far its worst point is off, mm and degrees.
+    fn run(&self, run: &RunText, lines: &[Vec<[f64; 2]>], what: &str) -> [f64; 2] {
         // Five decimals of a degree leave up to 0.5e-5 deg a joint, which six joints and 3 m of arm turn into less
         // than 6 * 0.87e-7 rad * 3000 mm = 1.6 um.
         let start = run.start.map(f64::to_radians);
         self.stands(&start, lines[0][0], 40.0, 1.6e-3, &format!("{what}, approach"));
         let mut joints = start;
-        let mut all = Vec::new();
+        let mut worst = [0.0_f64; 2];
         let places = lines.iter().flat_map(|line| {
             let last = line.len() - 1;
             line.iter().enumerate().map(move |(i, place)| (*place, i == 0 || i == last))
@@ -265,16 +257,16 @@ impl Replay<'_> {
         for (i, (point, (place, end))) in run.points.iter().zip(places).enumerate() {
             let what = format!("{what}, point {i}");
             let next = self.joints(&point.target, &joints);
-            self.stands(&next, place, 0.0, PLACE, &what);
+            let off = self.stands(&next, place, 0.0, PLACE, &what);
+            worst = [worst[0].max(off[0]), worst[1].max(off[1])];
             assert_eq!(point.zone, if end { "fine" } else { "z0" }, "{what}");
             self.joints_are_sound(&next, &joints, point, &what);
             joints = next;
-            all.push(joints);
         }
         let up = self.joints(&run.retract, &joints);
         let last = lines.last().and_then(|line| line.last()).expect("a point");
         self.stands(&up, *last, 40.0, PLACE, &format!("{what}, retract"));
-        all
+        worst
     }
 
     /// Inside the ranges, near the joints before, and in the configuration that the text names.
@@ -310,11 +302,14 @@ fn contact_points_and_normals_are_those_of_the_plane() {
         // A serpentine of less than a module's 3600 points goes in one run, one way lifts after every line.
         assert_eq!(runs.len(), if case.one_way { lines.len() } else { 1 }, "{}", case.name);
         let mut left = lines.as_slice();
+        let mut worst = [0.0_f64; 2];
         for (k, run) in runs.iter().enumerate() {
             let (these, rest) = left.split_at(if case.one_way { 1 } else { lines.len() });
             left = rest;
-            replay.run(run, these, &format!("{}, run {k}", case.name));
+            let off = replay.run(run, these, &format!("{}, run {k}", case.name));
+            worst = [worst[0].max(off[0]), worst[1].max(off[1])];
         }
+        println!("{}: at most {:.4} um and {:.2e} deg off", case.name, worst[0] * 1e3, worst[1]);
         assert!(left.is_empty(), "{}: lines are missing", case.name);
     }
 }
@@ -383,10 +378,8 @@ fn speeds_are_those_of_the_dwell_plan() {
     let dwell = files.iter().find(|(name, _)| name == "trial.dwell.npy").expect("the dwell").1.clone();
     files.retain(|(name, _)| name.ends_with(".mod"));
     let header = 10 + usize::from(u16::from_le_bytes([dwell[8], dwell[9]]));
-    let planned: Vec<f64> = dwell[header..]
-        .chunks_exact(8)
-        .map(|b| f64::from_le_bytes(b.try_into().expect("eight bytes")))
-        .collect();
+    let planned: Vec<f64> =
+        dwell[header..].chunks_exact(8).map(|b| f64::from_le_bytes(b.try_into().expect("eight bytes"))).collect();
     let written: Vec<f64> =
         ProgramText::read(&files).runs().into_iter().flat_map(|run| run.points).map(|point| point.speed).collect();
     assert_eq!(written.len(), planned.len());

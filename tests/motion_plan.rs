@@ -367,8 +367,8 @@ fn figures_are_those_of_the_joints() {
 }
 
 /// Tool straight down over x = 2100 mm + x: the wrist centre stands 300 + 200 mm above the tool centre point, at height
-/// 80 + 1.5 + 500 mm, 198.5 mm below axis 2 (780 mm), and at a distance of 2100 + x - 320 mm from it. The arm does 1125
-/// + hypot(200, 1142.5) = 2284.9 mm, reached at x = 496.2 mm along the line from -600 to 600 mm; elbow margin 0 and a
+/// 80 + 1.5 + 500 mm, 198.5 mm below axis 2 (780 mm), and at a distance of 2100 + x - 320 mm from it. The arm
+/// does 1125 + hypot(200, 1142.5) = 2284.9 mm, reached at x = 496.2 mm along the line from -600 to 600 mm; elbow margin 0 and a
 /// wide range of joint 2, so that nothing else stops it before.
 #[test]
 fn out_of_reach_names_the_place() {

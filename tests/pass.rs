@@ -13,7 +13,9 @@ use polishc::dwell::Outcome;
 use polishc::motion::{Motion, Transform};
 use polishc::path::{Link, ToolPath};
 use polishc::session::{self, Compilation, Planned, Request, Unwatched};
-use polishc::syntax::ast::{Block, EntryKind, Expr, ExprKind, Item, ItemKind, Restriction, Type, TypeKind, Unit, UsePath};
+use polishc::syntax::ast::{
+    Block, EntryKind, Expr, ExprKind, Item, ItemKind, Restriction, Type, TypeKind, Unit, UsePath,
+};
 use polishc::target::Program;
 use std::fmt::Write;
 use std::sync::LazyLock;
@@ -196,7 +198,7 @@ fn list(values: &[f64], decimals: usize) -> String {
 
 #[test]
 fn path() {
-    let path = planned().path.as_ref().expect("a path");
+    let path = planned().path().expect("a path");
     let mut out = format!("{} points on {} lines; mm, then the normal\n", path.points.len(), path.lines.len());
     out_points(&mut out, path, |i| {
         format!("{}   {}", list(&path.points.position(i).map(|m| m * 1e3), 4), list(&path.points.normal(i), 6))
@@ -239,7 +241,8 @@ fn dwell() {
     )
     .expect("text");
     out.push_str("speed of the move that ends at a point, mm/s\n");
-    out_points(&mut out, &outcome.timed.path, |i| fixed(outcome.timed.speed[i] * 1e3, 2));
+    let timed = planned().timed().expect("a timed path");
+    out_points(&mut out, &timed.path, |i| fixed(timed.speed[i] * 1e3, 2));
     assert_pass("dwell", &out);
 }
 

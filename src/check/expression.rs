@@ -242,6 +242,14 @@ impl Checker<'_> {
             }
         }
         let length = typed.len();
+        if length > 0 && ty.is_failed() {
+            return Typed::failed(span);
+        }
+        if list_depth(&ty) >= DEEPEST_LIST {
+            let message = format!("lists are nested more than {DEEPEST_LIST} deep");
+            self.say(Diagnostic::error(codes::E0412, span, message).help("write one list"));
+            return Typed::failed(span);
+        }
         Typed { span, ty: Type::List(Box::new(ty), Some(length)), kind: TypedKind::List(typed) }
     }
 
@@ -440,6 +448,17 @@ fn count(number: usize, many: bool) -> String {
         1 => format!("one argument{more}"),
         2 => format!("two arguments{more}"),
         n => format!("{n} arguments{more}"),
+    }
+}
+
+/// Deepest nesting of lists. No field has more than two; a list of lists of lists built by a chain of `let` could
+/// otherwise grow without bound.
+const DEEPEST_LIST: usize = 8;
+
+fn list_depth(ty: &Type) -> usize {
+    match ty {
+        Type::List(element, _) => 1 + list_depth(element),
+        _ => 0,
     }
 }
 

@@ -133,6 +133,7 @@ codes! {
     E0409
     E0410
     E0412
+    E0413
     W0401
     // files and metrology
     E0500

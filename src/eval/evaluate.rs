@@ -4,15 +4,19 @@
 //! are proved already; what remains is numbers: overflow, division by zero, ranges.
 
 use super::value::{FieldOfRecord, Record, Value, ValueKind};
-use crate::check::Checked;
 use crate::check::typed::{FieldValue, Function, Typed, TypedKind, UnitUse};
 use crate::check::types::{SchemaId, Type};
+use crate::check::{Checked, DEEPEST};
 use crate::diagnostics::{Diagnostic, codes};
 use crate::source::{Sources, Span};
 use crate::syntax::ast::BinaryOp;
 use crate::units::{Dimension, Quantity};
 use std::collections::BTreeMap;
 use std::sync::Arc;
+
+/// Most values in one list. A job's lists are typed by people; measured data come in files. Lists of lists built by a
+/// chain of `let` could otherwise grow without bound.
+const MOST_LISTED: usize = 10_000;
 
 /// What an expression can see beside the globals.
 #[derive(Clone, Copy, Default)]
@@ -27,6 +31,7 @@ pub(super) struct Evaluator<'a> {
     pub checked: &'a Checked,
     pub sources: &'a Sources,
     pub globals: Vec<Option<Value>>,
+    pub depth: usize,
     pub diagnostics: Vec<Diagnostic>,
 }
 
@@ -97,6 +102,21 @@ impl Evaluator<'_> {
 
     /// What the expression is worth; `None` if it is worth nothing and that has been said.
     pub(super) fn value(&mut self, typed: &Typed, around: Surroundings<'_>) -> Option<Value> {
+        // Expressions are not so deep; only a schema whose default holds a record of itself comes here.
+        if self.depth > 2 * DEEPEST {
+            if !self.diagnostics.iter().any(|d| d.code == codes::E0412) {
+                let message = "the default of a schema holds a record of the same schema, without end";
+                self.say(Diagnostic::error(codes::E0412, typed.span, message).help("make the field optional"));
+            }
+            return None;
+        }
+        self.depth += 1;
+        let value = self.value_within(typed, around);
+        self.depth -= 1;
+        value
+    }
+
+    fn value_within(&mut self, typed: &Typed, around: Surroundings<'_>) -> Option<Value> {
         let span = typed.span;
         let of = |kind| Some(Value { span, kind });
         match &typed.kind {
@@ -151,7 +171,13 @@ impl Evaluator<'_> {
             }
             TypedKind::List(elements) => {
                 let values: Vec<Option<Value>> = elements.iter().map(|element| self.value(element, around)).collect();
-                of(ValueKind::List(values.into_iter().collect::<Option<Vec<Value>>>()?))
+                let list = of(ValueKind::List(Arc::new(values.into_iter().collect::<Option<Vec<Value>>>()?)))?;
+                if list.count() > MOST_LISTED {
+                    let message = format!("this list holds more than {MOST_LISTED} values");
+                    self.say(Diagnostic::error(codes::E0413, span, message).help("put measured data into a file"));
+                    return None;
+                }
+                Some(list)
             }
             TypedKind::Range(from, to) => {
                 let (from, to) = (self.value(from, around), self.value(to, around));

@@ -76,6 +76,7 @@ pub fn compile(files: &dyn FileProvider, path: &str, options: &Options) -> Compi
         checked: &checked,
         sources: &loaded.sources,
         globals: vec![None; checked.globals.len()],
+        depth: 0,
         diagnostics: std::mem::take(&mut loaded.diagnostics),
     };
     evaluator.diagnostics.extend(mistakes);
@@ -96,6 +97,7 @@ pub fn library() -> Compiled {
         checked: &checked,
         sources: &loaded.sources,
         globals: vec![None; checked.globals.len()],
+        depth: 0,
         diagnostics: std::mem::take(&mut loaded.diagnostics),
     };
     evaluator.diagnostics.extend(mistakes);

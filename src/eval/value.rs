@@ -26,7 +26,8 @@ pub enum ValueKind {
     File(String),
     Symbol(String),
     None,
-    List(Vec<Value>),
+    /// Shared, because a `let` may be used many times.
+    List(Arc<Vec<Value>>),
     Range(Box<Value>, Box<Value>),
     Record(Arc<Record>),
 }
@@ -58,6 +59,16 @@ impl Value {
         match &self.kind {
             ValueKind::Quantity { quantity, .. } => Some(*quantity),
             _ => None,
+        }
+    }
+
+    /// How many values a list holds, those of inner lists included; one for anything else.
+    pub fn count(&self) -> usize {
+        match &self.kind {
+            ValueKind::List(elements) => {
+                elements.iter().fold(0, |count: usize, element| count.saturating_add(element.count()))
+            }
+            _ => 1,
         }
     }
 

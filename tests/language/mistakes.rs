@@ -242,6 +242,24 @@ fn no_text_exhausts_the_stack() {
 }
 
 #[test]
+fn no_text_exhausts_the_memory() {
+    // Lists of lists: 10 to the power of the nesting. A schema that holds itself: without end.
+    let tens: String =
+        (1..30).map(|i| format!("let a{i} = [{}]\n", vec![format!("a{}", i - 1); 10].join(", "))).collect();
+    let compiled = compile_text(&format!("let a0 = [1, 2]\n{tens}"));
+    let codes: Vec<&str> = compiled.diagnostics.iter().map(|d| d.code.as_str()).collect();
+    // 2 * 10^4 values are too many; the types go on to the nesting of eight.
+    assert_eq!(codes, ["E0413", "E0412"]);
+    let deep: String = (1..20_000).map(|i| format!("let a{i} = [a{}]\n", i - 1)).collect();
+    let compiled = compile_text(&format!("let a0 = [1]\n{deep}"));
+    assert_eq!(compiled.diagnostics.iter().map(|d| d.code.as_str()).collect::<Vec<_>>(), ["E0412"]);
+    says(
+        "schema link { next: link = link {} }\nlet chain = link {}",
+        &["E0412 2:28 the default of a schema holds a record of the same schema, without end"],
+    );
+}
+
+#[test]
 fn warnings_do_not_stop_a_job() {
     let mut library = library();
     let flat = String::from_utf8(library.0["jobs/flat.polish"].clone()).expect("text");
@@ -334,5 +352,32 @@ fn every_mend_mends() {
         let mended = format!("{}{}{}", &source[..start], suggestion.replacement, &source[end..]);
         let again = compile(&files(&[("t.polish", &mended)]), "t.polish", &Options::default());
         assert_eq!(said(&again), Vec::<String>::new(), "{mended}");
+    }
+}
+
+#[test]
+fn no_cut_in_a_job_breaks_the_compiler() {
+    // Every 23rd place: a few letters taken out, or a bracket put in. Whatever is said, it is in order of place,
+    // it is said once, and no job comes out of a text with an error.
+    let whole = library();
+    let flat = String::from_utf8(whole.0["jobs/flat.polish"].clone()).expect("text");
+    let options = Options { sets: vec![("map".into(), "m".into())], job: None };
+    for at in (0..flat.len() - 4).step_by(23).filter(|at| flat.is_char_boundary(*at) && flat.is_char_boundary(at + 3)) {
+        for (removed, inserted) in [(3, ""), (0, "}"), (1, "9")] {
+            if !flat.is_char_boundary(at + removed) {
+                continue;
+            }
+            let text = format!("{}{inserted}{}", &flat[..at], &flat[at + removed..]);
+            let mut cut = whole.clone();
+            cut.0.insert("jobs/flat.polish".into(), text.into_bytes());
+            let compiled = compile(&cut, "jobs/flat.polish", &options);
+            let errors = compiled.diagnostics.iter().any(|d| d.severity == Severity::Error);
+            assert!(!errors || compiled.jobs.is_empty(), "a job with errors");
+            let places: Vec<_> =
+                compiled.diagnostics.iter().map(|d| d.primary.as_ref().map(|p| (p.span.file, p.span.start))).collect();
+            assert!(places.is_sorted(), "{:?}", said(&compiled));
+            let lines = said(&compiled);
+            assert!(lines.iter().all(|line| lines.iter().filter(|other| *other == line).count() == 1), "{lines:?}");
+        }
     }
 }
