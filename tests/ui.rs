@@ -2,7 +2,7 @@
 //!
 //! A fixture may begin with words to the runner, one a comment line: `// set: pitch=1mm`, `// for: dry_run`,
 //! `// deny: warnings`, and, for what `verify` finds, `// edit: FIND => REPLACE` (the first place in the program's
-//! files, main module last, that reads FIND). Libraries in `ui/lib` are seen from every folder (`use "shop.polish"`).
+//! files, main module last, that reads FIND), and `// mirror: x` for the sign of every x of the path. Libraries in `ui/lib` are seen from every folder (`use "shop.polish"`).
 #![allow(clippy::disallowed_methods, reason = "tests read the tree's own files")]
 
 mod common;
@@ -41,12 +41,16 @@ fn ui() {
         let files = TestFiles::default();
         let mut done = session::compile(&files, &request, &Unwatched);
         let edits = words(&source, "edit");
-        if !edits.is_empty() {
+        let mirrored = words(&source, "mirror").contains(&"x");
+        if mirrored || !edits.is_empty() {
             assert!(!done.failed(), "{}", render::render(&done.sources, &done.diagnostics, Style::Short, false));
             let mut program: Program = (**done.jobs[0].program.as_ref().expect("a program")).clone();
             for edit in edits {
                 let (find, replace) = edit.split_once(" => ").expect("`// edit: FIND => REPLACE`");
                 apply(&mut program, find, replace);
+            }
+            if mirrored {
+                mirror(&mut program);
             }
             session::verify(&mut done, &program);
         }
@@ -69,6 +73,20 @@ fn ui() {
     });
 }
 
+/// Changes the sign of the first number of every linear move.
+fn mirror(program: &mut Program) {
+    for file in &mut program.files {
+        let text = String::from_utf8(file.bytes.clone()).expect("ASCII");
+        let mut parts = text.split("MoveL [[");
+        let mut mirrored = parts.next().unwrap_or_default().to_string();
+        for part in parts {
+            mirrored.push_str("MoveL [[");
+            mirrored.push_str(&part.strip_prefix('-').map_or(format!("-{part}"), str::to_string));
+        }
+        file.bytes = mirrored.into_bytes();
+    }
+}
+
 fn apply(program: &mut Program, find: &str, replace: &str) {
     for file in program.files.iter_mut().rev() {
         let text = String::from_utf8(file.bytes.clone()).expect("ASCII");
@@ -77,5 +95,6 @@ fn apply(program: &mut Program, find: &str, replace: &str) {
             return;
         }
     }
-    panic!("no program file reads `{find}`");
+    let texts: Vec<_> = program.files.iter().map(|file| String::from_utf8_lossy(&file.bytes)).collect();
+    panic!("no program file reads `{find}`:\n{}", texts.join("\n"));
 }

@@ -108,7 +108,7 @@ fn place_within(
     }
     let removed = low_order::subtract(&mut grid, &needed, &map.subtract).ok_or_else(|| {
         let message =
-            format!("{} measured pixels inside the clear aperture do not fix what `subtract` names", before.count);
+            format!("{} measured inside the clear aperture cannot say what `subtract` names", plural(before.count, "pixel"));
         Problem::error(codes::E0512, "subtract", message).help("measure the part with more pixels, or check `pixel`")
     })?;
     let after = measured(&grid);

@@ -136,6 +136,7 @@ fn generated(name: &str) -> Option<Vec<u8>> {
         // Spots of 30 s.
         "spot.dat" => metropro(spot(|_| 0.0)),
         "spot_hole.dat" => metropro(spot(|r2| if r2 < 0.002 * 0.002 { f64::NAN } else { 0.0 })),
+        "spot_masked.dat" => metropro(spot(|r2| if r2 > 0.015 * 0.015 { f64::NAN } else { 0.0 })),
         // 40 nm of glass stand up in a ring of 9 to 12 mm radius.
         "spot_ring.dat" => metropro(spot(|r2| if (0.009 * 0.009..0.012 * 0.012).contains(&r2) { 40e-9 } else { 0.0 })),
         // Any heights between -10 and 10 nm.
