@@ -1,17 +1,17 @@
 //! The same job gives the same bytes: with 1, 2 and 8 threads, in this process and by the tool, in another folder, and
 //! whatever the processor can do.
 //!
-//! Jobs: `flat_340` with its lines 2 mm apart (14,179 points, 4 modules), and tests/jobs/real_map.polish with a generated
-//! map of a 50 mm part that has a hole to fill (12,000 points). Compared are all files, `result.json` among them; that
-//! they hold what they should is other tests' business.
+//! Jobs: `flat_340` with its lines 2 mm apart (14,177 points, 5 modules), and tests/jobs/real_map.polish with a generated
+//! map of a 50 mm part that has a hole to fill (12,043 points, 4 modules). Compared are all files, `result.json` among
+//! them; that they hold what they should is other tests' business.
 //!
 //! What may depend on the processor, found by going through the dependencies of the binary:
 //!
 //! * `blake3` chooses SSE2, SSE4.1, AVX2 or AVX-512 code when it runs. It hashes whole numbers: the digest is one.
-//! * `libm` chooses the processor's fused multiply-add when it runs, for `fma` alone, whose result the standard fixes to the
+//! * `libm` chooses the processor's fused multiply-add when it runs, for `fma` alone, whose result IEEE 754 fixes to the
 //!   last bit.
-//! * `nalgebra` brings `matrixmultiply`, which chooses AVX and FMA kernels when it runs, with other roundings. It is only
-//!   reached by products of matrices whose size is known when the program runs; the crate has none (a test below).
+//! * `nalgebra` brings `matrixmultiply`, which chooses AVX and FMA kernels when it runs, with other roundings. Only products
+//!   of matrices whose size the compiler does not know reach it; the crate has none (a test below).
 //! * `memchr` (in `pest` and `serde_json`) searches bytes. `realfft`, `faer` and `rs-opw-kinematics` are only in tests and
 //!   benches.
 //! * The platform's mathematics (sine, exponential) may differ between machines and processors: `clippy.toml` bans
@@ -19,8 +19,9 @@
 //! * The compiler itself neither fuses nor reorders floating-point operations, whatever `target-cpu` says.
 //!
 //! Measured once by hand, x86-64, rustc 1.95.0: the tool built for release with `-C target-feature=-avx,-avx2,-fma`, with
-//! `-C target-cpu=native` (AVX-512; fourteen times as many instructions on registers of 256 bits, no fused multiply-add), and
-//! in the dev profile wrote the same bytes, all 18 files of `flat_340` and all of `real_map` with the MetroPro sample.
+//! `-C target-cpu=native` (AVX-512; fourteen times as many instructions on registers of 256 bits, no fused multiply-add),
+//! and in the dev profile wrote the same bytes: all 18 files of `flat_340`, and (the two release builds) all of `real_map`
+//! with the MetroPro sample.
 #![allow(clippy::disallowed_methods, reason = "tests read files and run the tool")]
 
 mod common;

@@ -8,7 +8,7 @@
 //!
 //! Expected: the prediction, to 1 % of the largest removal (region-adaptive dwell model, check after compiling: removal
 //! simulated again from the emitted speeds). Zones are ignored on both sides.
-#![allow(clippy::disallowed_methods, reason = "tests may use the platform's mathematics")]
+#![allow(clippy::disallowed_methods, clippy::print_stdout, reason = "tests use mathematics, and say figures")]
 
 mod replay;
 

@@ -107,8 +107,10 @@ fn place_within(
         .help("check `pixel`, `centre` and the size of `clear`"));
     }
     let removed = low_order::subtract(&mut grid, &needed, &map.subtract).ok_or_else(|| {
-        let message =
-            format!("{} measured inside the clear aperture cannot say what `subtract` names", plural(before.count, "pixel"));
+        let message = format!(
+            "{} measured inside the clear aperture cannot say what `subtract` names",
+            plural(before.count, "pixel")
+        );
         Problem::error(codes::E0512, "subtract", message).help("measure the part with more pixels, or check `pixel`")
     })?;
     let after = measured(&grid);
