@@ -122,12 +122,14 @@ fn terminal(sources: &Sources, diagnostics: &[Diagnostic], style: DisplayStyle, 
         View(sources.iter().map(|(_, name, text)| SimpleFile::new(name.to_string(), text.to_string())).collect());
     let config = Config { display_style: style, tab_width: 4, ..Config::default() };
     let mut text = String::new();
+    let short = Config { display_style: DisplayStyle::Short, ..config.clone() };
     for diagnostic in diagnostics {
         let report = to_codespan(diagnostic);
+        let config = if longest_line(sources, diagnostic) > LONGEST_SHOWN_LINE { &short } else { &config };
         let done = if colour {
-            coloured(&config, &view, &report).map(|t| text.push_str(&t))
+            coloured(config, &view, &report).map(|t| text.push_str(&t))
         } else {
-            term::emit_into_string(&config, &view, &report).map(|t| text.push_str(&t))
+            term::emit_into_string(config, &view, &report).map(|t| text.push_str(&t))
         };
         if done.is_err() {
             // A place outside its file is a fault of ours; the sentence is still worth having.
@@ -135,6 +137,22 @@ fn terminal(sources: &Sources, diagnostics: &[Diagnostic], style: DisplayStyle, 
         }
     }
     text
+}
+
+/// A source line longer than this is not shown: it was made by a machine, and would push the sentence off the screen.
+const LONGEST_SHOWN_LINE: usize = 1000;
+
+/// Bytes of the longest source line that the diagnostic would show.
+fn longest_line(sources: &Sources, diagnostic: &Diagnostic) -> usize {
+    let lines = diagnostic.primary.iter().chain(&diagnostic.secondary).flat_map(|label| {
+        let text = sources.text(label.span.file);
+        [label.span.start as usize, label.span.end as usize].map(|at| {
+            let at = at.min(text.len());
+            let from = text[..at].rfind('\n').map_or(0, |i| i + 1);
+            text[at..].find('\n').map_or(text.len(), |i| at + i) - from
+        })
+    });
+    lines.max().unwrap_or(0)
 }
 
 fn coloured(config: &Config, view: &View, report: &codespan::Diagnostic<usize>) -> Result<String, Error> {
@@ -167,4 +185,20 @@ fn to_codespan(diagnostic: &Diagnostic) -> codespan::Diagnostic<usize> {
         .with_message(&diagnostic.message)
         .with_labels(labels)
         .with_notes(notes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnostics::codes;
+    use crate::source::Span;
+
+    #[test]
+    fn an_endless_line_does_not_hide_the_sentence() {
+        let mut sources = Sources::default();
+        let file = sources.add("a.polish", format!("language 1\n{}\n", "[".repeat(100_000)));
+        let said = [Diagnostic::error(codes::E0101, Span::new(file, 500, 501), "something is wrong")];
+        let text = render(&sources, &said, Style::Human, false);
+        assert_eq!(text, "a.polish:2:490: error[E0101]: something is wrong\n");
+    }
 }
