@@ -327,7 +327,8 @@ pub fn verify(done: &mut Compilation, program: &Program) {
         Some(checked) => verify::check(program, checked, &planned.job),
         None => vec![target::no_target()],
     };
-    let found: Vec<Diagnostic> = problems.into_iter().map(|problem| in_text(problem, &planned.origins, &done.sources)).collect();
+    let found: Vec<Diagnostic> =
+        problems.into_iter().map(|problem| in_text(problem, &planned.origins, &done.sources)).collect();
     done.diagnostics.extend(found);
     render::sort(&mut done.diagnostics);
 }

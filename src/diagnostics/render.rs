@@ -117,13 +117,39 @@ impl<'a> Files<'a> for View {
     }
 }
 
+/// Bytes of a source line that is still shown. Six lines of a usual terminal; a file that is one line of a megabyte would
+/// bury its message.
+const WIDEST: usize = 500;
+
+fn labels(diagnostic: &Diagnostic) -> impl Iterator<Item = &Label> {
+    diagnostic.primary.iter().chain(&diagnostic.secondary)
+}
+
+/// Whether a line that the label touches is too wide to be shown.
+fn too_wide(sources: &Sources, label: &Label) -> bool {
+    let bytes = sources.text(label.span.file).as_bytes();
+    let (start, end) = ((label.span.start as usize).min(bytes.len()), (label.span.end as usize).min(bytes.len()));
+    let before = bytes[..start].iter().rev().take_while(|byte| **byte != b'\n').count();
+    let after = bytes[end.max(start)..].iter().take_while(|byte| **byte != b'\n').count();
+    bytes[start - before..end.max(start) + after].split(|byte| *byte == b'\n').any(|line| line.len() > WIDEST)
+}
+
 fn terminal(sources: &Sources, diagnostics: &[Diagnostic], style: DisplayStyle, colour: bool) -> String {
     let view =
         View(sources.iter().map(|(_, name, text)| SimpleFile::new(name.to_string(), text.to_string())).collect());
+    let with_source = matches!(style, DisplayStyle::Rich);
     let config = Config { display_style: style, tab_width: 4, ..Config::default() };
     let mut text = String::new();
     for diagnostic in diagnostics {
         let report = to_codespan(diagnostic);
+        if with_source && labels(diagnostic).any(|label| too_wide(sources, label)) {
+            text.push_str(&terminal(sources, std::slice::from_ref(diagnostic), DisplayStyle::Short, colour));
+            for note in &report.notes {
+                text.push_str(&format!("  = {note}\n"));
+            }
+            text.push('\n');
+            continue;
+        }
         let done = if colour {
             coloured(&config, &view, &report).map(|t| text.push_str(&t))
         } else {

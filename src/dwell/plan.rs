@@ -164,9 +164,8 @@ pub fn solve(task: Task, warnings: &mut Vec<Problem>) -> Result<Outcome, Problem
     let (solver_rms, mut speeds) = best.unwrap_or_default();
     speed::round(&mut speeds, &segments, &limits, task.speed_step);
     let step = task.speed_step;
-    let part = |at: &dyn Fn(usize) -> bool| {
-        inside.iter().filter(|i| at(**i)).count() as f64 / inside.len().max(1) as f64
-    };
+    let part =
+        |at: &dyn Fn(usize) -> bool| inside.iter().filter(|i| at(**i)).count() as f64 / inside.len().max(1) as f64;
     let at_least = part(&|i| speeds[i] < limits.least + step);
     let at_bounds = part(&|i| speeds[i] < limits.least + step || speeds[i] > fastest[i] - step);
     let timed = timed_path(task.path, &segments, &speeds, &limits, task.speed_step);

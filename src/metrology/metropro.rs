@@ -166,7 +166,13 @@ impl Header<'_> {
 
     /// The 32-bit float at `at`, if it can be what it is called. For people it is written in `unit`, of which there are
     /// `scale` in the header's own.
-    fn within(&self, at: usize, what: &str, (from, to): (f64, f64), (unit, scale): (&str, f64)) -> Result<f64, Problem> {
+    fn within(
+        &self,
+        at: usize,
+        what: &str,
+        (from, to): (f64, f64),
+        (unit, scale): (&str, f64),
+    ) -> Result<f64, Problem> {
         let value = f64::from(self.float32(at));
         if value >= from && value <= to {
             return Ok(value);

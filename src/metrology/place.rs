@@ -107,8 +107,10 @@ fn place_within(
         .help("check `pixel`, `centre` and the size of `clear`"));
     }
     let removed = low_order::subtract(&mut grid, &needed, &map.subtract).ok_or_else(|| {
-        let message =
-            format!("{} measured inside the clear aperture cannot say what `subtract` names", plural(before.count, "pixel"));
+        let message = format!(
+            "{} measured inside the clear aperture cannot say what `subtract` names",
+            plural(before.count, "pixel")
+        );
         Problem::error(codes::E0512, "subtract", message).help("measure the part with more pixels, or check `pixel`")
     })?;
     let after = measured(&grid);
@@ -171,14 +173,16 @@ pub(crate) fn doubt_scale(raw: &RawMap, quantity: Quantity, warnings: &mut Vec<P
         _ => None,
     };
     if let Some((file, job)) = doubt {
-        let message = format!("the scale factor in the map's file makes its values {file}, but the job says `quantity: {job}`");
+        let message =
+            format!("the scale factor in the map's file makes its values {file}, but the job says `quantity: {job}`");
         warnings.push(
             Problem::warning(codes::W0502, "quantity", message)
                 .note("one of the two is wrong by a factor of two, unless the part was measured in an unusual set-up"),
         );
     }
     if raw.sign_inverted {
-        let message = "the map's file says that its sign was inverted when it was taken; its values are used as they stand";
+        let message =
+            "the map's file says that its sign was inverted when it was taken; its values are used as they stand";
         warnings.push(
             Problem::warning(codes::W0503, "positive", message)
                 .help("make sure on the instrument that `positive` speaks of the values as they are stored"),

@@ -61,8 +61,10 @@ impl RawMap {
         match (self.pixel, stated) {
             (Some(own), None) => Ok(own),
             (None, Some(pixel)) => Ok([pixel; 2]),
-            (None, None) => Err(Problem::error(codes::E0506, "pixel", "the map's file does not say how large a pixel is")
-                .help("state the side of one pixel: `pixel: 0.5 mm` (on the command line `--pixel 0.5mm`)")),
+            (None, None) => {
+                Err(Problem::error(codes::E0506, "pixel", "the map's file does not say how large a pixel is")
+                    .help("state the side of one pixel: `pixel: 0.5 mm` (on the command line `--pixel 0.5mm`)"))
+            }
             (Some(own), Some(pixel)) => {
                 if own.iter().all(|side| (side / pixel - 1.0).abs() <= PIXEL_AGREEMENT) {
                     return Ok(own);
