@@ -14,7 +14,7 @@ use polishc::motion::{Motion, Transform};
 use polishc::path::{Link, ToolPath};
 use polishc::session::{self, Compilation, Planned, Request, Unwatched};
 use polishc::syntax::ast::{
-    Block, EntryKind, Expr, ExprKind, Item, ItemKind, Restriction, Type, TypeKind, Unit, UsePath,
+    Block, EntryKind, Expr, ExprKind, Item, ItemKind, Name, Restriction, Type, TypeKind, Unit, UsePath,
 };
 use polishc::target::Program;
 use std::fmt::Write;
@@ -132,7 +132,10 @@ fn expression(value: &Expr) -> String {
 }
 
 fn unit_text(unit: &Unit) -> String {
-    unit.factors.iter().map(|(name, power)| format!("{}^{power}", name.text)).collect::<Vec<_>>().join("*")
+    let factor = |(name, power): &(Name, i32)| {
+        if *power == 1 { name.text.clone() } else { format!("{}^{power}", name.text) }
+    };
+    unit.factors.iter().map(factor).collect::<Vec<_>>().join("*")
 }
 
 fn type_text(ty: &Type) -> String {

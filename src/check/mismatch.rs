@@ -37,11 +37,11 @@ fn missing_factor(units: &UnitTable, found: Dimension, wanted: Dimension) -> Opt
     if Dimension::NUMBER.over(found) == Some(wanted) && !found.is_number() {
         return Some("invert it: `1 / (…)`".into());
     }
-    if let Some(name) = named(factor) {
-        return Some(format!("multiply by {} `{name}`", article(name)));
-    }
-    let inverse = Dimension::NUMBER.over(factor)?;
-    named(inverse).map(|name| format!("divide by {} `{name}`", article(name)))
+    // Of the two ways to say it, the one whose quantity a person has in hand: a length rather than a curvature.
+    let inverse = Dimension::NUMBER.over(factor);
+    let divide = inverse.and_then(named).map(|name| format!("divide by {} `{name}`", article(name)));
+    let multiply = named(factor).map(|name| format!("multiply by {} `{name}`", article(name)));
+    if factor.factors().starts_with("1 /") { divide.or(multiply) } else { multiply.or(divide) }
 }
 
 fn article(name: &str) -> &'static str {

@@ -10,11 +10,7 @@ use super::{Line, Link, Points, ToolPath};
 use crate::diagnostics::{Problem, codes};
 use crate::job::{Aperture, Form, Lines, Raster};
 use crate::units::si::Length;
-
-/// A point this far beyond the aperture still counts as inside, metres. The numbers of a job (`380 mm`, `0.5 mm`) are
-/// not exact in binary, and a point on the boundary must not come and go with their last bit; a nanometre is a
-/// thousand times more than that rounding and a thousand times less than any robot can resolve.
-const BOUNDARY: f64 = 1e-9;
+use crate::workpiece::aperture::BOUNDARY;
 
 /// One line of the lattice: its place across the lines and the multiples of the step that its points stand on.
 struct LatticeLine {

@@ -7,6 +7,12 @@
 use crate::diagnostics::{Problem, codes};
 use crate::job::{Aperture, Place};
 
+/// A place this far beyond the aperture still counts as inside, metres. The numbers of a job (`54 mm`, a pixel of `1 mm`)
+/// are not exact in binary, and a place on the boundary must not come and go with their last bit, on one side of the part
+/// and not on the other. A nanometre is a thousand times more than that rounding and a thousand times less than any robot
+/// or map can resolve.
+pub const BOUNDARY: f64 = 1e-9;
+
 /// A box along the axes of the part frame, metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bounds {
@@ -25,19 +31,9 @@ impl Aperture {
         place.map_or([0.0; 2], |Place { x, y }| [x.0, y.0])
     }
 
-    /// Whether `(x, y)` lies inside. The boundary belongs to the aperture.
+    /// Whether `(x, y)` lies inside, or beyond by no more than [`BOUNDARY`].
     pub fn contains(&self, x: f64, y: f64) -> bool {
-        let [cx, cy] = self.centre();
-        let (dx, dy) = (x - cx, y - cy);
-        let within = |diameter: f64| 4.0 * (dx * dx + dy * dy) <= diameter * diameter;
-        match self {
-            Aperture::circle(a) => within(a.diameter.0),
-            Aperture::annulus(a) => {
-                let inner = a.inner_diameter.0;
-                within(a.outer_diameter.0) && 4.0 * (dx * dx + dy * dy) >= inner * inner
-            }
-            Aperture::rectangle(a) => 2.0 * dx.abs() <= a.x.0 && 2.0 * dy.abs() <= a.y.0,
-        }
+        self.distance(x, y) >= -BOUNDARY
     }
 
     /// Distance to the nearest point of the boundary, positive inside, negative outside, metres. Exact.

@@ -93,7 +93,10 @@ fn a_stated_pixel_must_agree_with_the_file() {
     assert!(map.pixel_pitch(Some(0.2501e-3)).is_ok(), "0.04 % off is the same pixel");
     let problem = map.pixel_pitch(Some(0.26e-3)).unwrap_err();
     assert_eq!(problem.code.as_str(), "E0507");
-    assert_eq!(problem.message, "the file says that a pixel has 0.250000 mm x 0.250000 mm, but 0.260000 mm is stated");
+    assert_eq!(
+        problem.message,
+        "the map's file says that a pixel has 0.250000 mm x 0.250000 mm, but 0.260000 mm is stated"
+    );
 }
 
 #[test]
@@ -147,13 +150,13 @@ fn lying_headers_are_refused_by_name() {
         ("E0503", "3 x 2 heights take 16 bytes; they take 24", changed(68, &3_i16.to_be_bytes())),
         ("E0503", "heights take 2147483647 bytes", changed(72, &i32::MAX.to_be_bytes())),
         ("E0503", "intensities take 4 bytes", changed(60, &4_i32.to_be_bytes())),
-        ("E0504", "wavelength in metres is NaN", changed(168, &f32::NAN.to_be_bytes())),
-        ("E0504", "wavelength in metres is 0", changed(168, &0_f32.to_be_bytes())),
-        ("E0504", "wavelength in metres is 6.3", changed(168, &632.8_f32.to_be_bytes())),
+        ("E0504", "wavelength is NaN nm", changed(168, &f32::NAN.to_be_bytes())),
+        ("E0504", "wavelength is 0 nm", changed(168, &0_f32.to_be_bytes())),
+        ("E0504", "wavelength is 6327999", changed(168, &632.8_f32.to_be_bytes())),
         ("E0504", "scale factor is inf", changed(164, &f32::INFINITY.to_be_bytes())),
         ("E0504", "obliquity factor is 0", changed(176, &0_f32.to_be_bytes())),
-        ("E0504", "lateral resolution in metres a pixel is -1", changed(184, &(-1_f32).to_be_bytes())),
-        ("E0504", "lateral resolution in metres a pixel is NaN", changed(184, &f32::NAN.to_be_bytes())),
+        ("E0504", "pixel is -1000 mm", changed(184, &(-1_f32).to_be_bytes())),
+        ("E0504", "pixel is NaN mm", changed(184, &f32::NAN.to_be_bytes())),
         ("E0504", "phase resolution is 2; format 1 knows 0 to 1", changed(218, &2_i16.to_be_bytes())),
         ("E0504", "phase resolution is -1", changed(218, &(-1_i16).to_be_bytes())),
         ("E0502", "neither a MetroPro map nor a NumPy array", changed(0, &[0])),

@@ -81,6 +81,25 @@ fn distances_are_those_of_a_drawing() {
     }
 }
 
+/// Pixels of 1 mm about the middle of a circle of 54 mm, as a map lays them: the four on its boundary, (±27, 0) and
+/// (0, ±27), belong to it whatever the last bits of `-0.03 + 57 * 0.001` are. By whole numbers, x² + y² <= 27² holds
+/// for 2289 pairs.
+#[test]
+fn a_boundary_belongs_to_the_aperture_on_every_side() {
+    let places = |i: usize| -0.03 + i as f64 * 1e-3;
+    let whole =
+        (-30..=30_i32).flat_map(|x| (-30..=30_i32).map(move |y| x * x + y * y)).filter(|r| *r <= 27 * 27).count();
+    assert_eq!(whole, 2289);
+    for aperture in [circle(54.0, None), annulus(54.0, 1.0, None)] {
+        let inside = |i: usize| aperture.contains(places(i % 61), places(i / 61));
+        // The ring's hole of 1 mm takes the middle pixel away.
+        let hole = usize::from(aperture.has_hole());
+        assert_eq!((0..61 * 61).filter(|i| inside(*i)).count(), whole - hole, "{aperture:?}");
+    }
+    let square = rectangle(54.0, 54.0, None);
+    assert_eq!((0..61 * 61).filter(|i| square.contains(places(i % 61), places(i / 61))).count(), 55 * 55);
+}
+
 #[test]
 fn sizes_are_those_of_a_drawing() {
     let a = annulus(20.0, 8.0, at(1.0, 2.0));
