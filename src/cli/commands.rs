@@ -456,7 +456,7 @@ fn explain(text: &str) -> u8 {
             0
         }
         None => {
-            eprintln!("there is no code `{text}`; codes look like `{}`", code::E0100);
+            eprintln!("there is no code `{text}`; codes look like `{}`", code::E0101);
             WRONG_COMMAND
         }
     }
