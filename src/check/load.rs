@@ -120,8 +120,7 @@ impl Unusable {
             Unusable::File(FileError::NotFound) => "does not exist".into(),
             Unusable::File(FileError::Outside) => "lies outside the project".into(),
             Unusable::File(FileError::TooLarge { size, limit }) => {
-                let mib = |bytes: u64| bytes as f64 / 1_048_576.0;
-                format!("is too large: it has {:.1} MiB, at most {:.1} MiB are read", mib(*size), mib(*limit))
+                format!("is too large: {size} bytes, at most {limit} are read")
             }
             Unusable::File(FileError::Other(why)) => format!("cannot be read: {why}"),
             Unusable::NotUtf8(line) => format!("is no UTF-8 text: line {line} holds something else, save it as UTF-8"),
