@@ -166,7 +166,7 @@ fn a_map_without_orientation() {
         // The first of them belongs to the map.
         folder.put("project/shop.polish", shop.replacen(field, "", 1));
         folder.put("project/job.polish", JOB);
-        let said = folder.refuses("E0401");
+        let said = folder.refuses("E0402");
         let name = field.split(':').next().expect("a name");
         assert!(said.contains(&format!("`{name}`")), "{said}");
     }
@@ -176,9 +176,9 @@ fn a_map_without_orientation() {
 fn units_that_nobody_knows_and_fields_that_this_tool_has_not() {
     let folder = Folder::new();
     folder.job("shop.rule", "shop.rule with { acceleration: 500 mm/fortnight^2 }");
-    folder.refuses("E0205");
+    folder.refuses("E0210");
     folder.job("shop.wheel", "shop.wheel with { precession: 20 }");
-    let said = folder.refuses("E0402");
+    let said = folder.refuses("E0401");
     assert!(said.contains("`precession`"), "{said}");
 }
 
@@ -186,7 +186,7 @@ fn units_that_nobody_knows_and_fields_that_this_tool_has_not() {
 fn a_file_that_uses_itself() {
     let folder = Folder::new();
     folder.job("use \"shop.polish\"", "use \"shop.polish\"\nuse \"job.polish\"");
-    folder.refuses("E0207");
+    folder.refuses("E0209");
 }
 
 #[test]
@@ -195,9 +195,10 @@ fn nesting_without_end() {
     for (open, close) in [("[", "]"), ("(", ")"), ("plane {", "}")] {
         let deep = format!("let deep = {}1{}\n", open.repeat(100_000), close.repeat(100_000));
         folder.put("project/job.polish", format!("{JOB}\n{deep}"));
-        folder.refuses("E0108");
+        let said = folder.refuses("E0110");
+        assert!(said.len() < 5000, "the message is buried");
         folder.put("project/job.polish", format!("{JOB}\nlet deep = {}", open.repeat(100_000)));
-        folder.refuses("E0108");
+        folder.refuses("E0110");
     }
 }
 
@@ -205,9 +206,7 @@ fn nesting_without_end() {
 fn random_bytes() {
     let folder = Folder::new();
     folder.put("project/job.polish", generated("noise.dat"));
-    let output = folder.run(&["build", "job.polish"]);
-    assert_eq!(output.status.code(), Some(1));
-    assert!(!folder.0.join("project/out").exists());
+    folder.refuses("E0204");
     // As text: whatever the bytes say, the compiler answers.
     let mut state = 1_u32;
     for _ in 0..20 {
@@ -235,7 +234,7 @@ fn a_file_of_a_gigabyte() {
     assert!(said.contains("1024 MiB"), "{said}");
     let huge = std::fs::File::create(folder.0.join("project/job.polish")).expect("a writable folder");
     huge.set_len(1 << 30).expect("a sparse file");
-    folder.refuses("E0107");
+    folder.refuses("E0204");
 }
 
 #[test]
@@ -243,19 +242,19 @@ fn a_path_outside_the_project() {
     let folder = Folder::new();
     folder.put("outside.dat", generated("good.dat"));
     folder.job_with_map("file: \"../outside.dat\"");
-    folder.refuses("E0203");
+    folder.refuses("E0205");
     let absolute = folder.0.join("outside.dat").to_string_lossy().replace('\\', "/");
     folder.job_with_map(&format!("file: \"{absolute}\""));
-    folder.refuses("E0203");
+    folder.refuses("E0205");
     #[cfg(unix)]
     {
         std::os::unix::fs::symlink(folder.0.join("outside.dat"), folder.0.join("project/link.dat")).expect("a link");
         folder.job_with_map("file: \"link.dat\"");
-        folder.refuses("E0203");
+        folder.refuses("E0205");
     }
     folder.put("outside.polish", "language 1\n");
     folder.job("use \"shop.polish\"", "use \"shop.polish\"\nuse \"../outside.polish\"");
-    folder.refuses("E0203");
+    folder.refuses("E0205");
 }
 
 /// The good job with another cell.
@@ -270,7 +269,7 @@ fn points_that_the_arm_cannot_reach() {
     let said = folder.refuses("E0806");
     assert!(said.contains("x 0.000 mm, y -42.000 mm, z 0.000 mm"), "part coordinates: {said}");
     assert!(said.contains("mm from axis 2, the arm does"), "the quantity that failed: {said}");
-    with_cell(&folder, "user: frame { at: point { x: 2000 mm, y: 0 mm, z: -450 mm }, rotation: no_rotation }");
+    with_cell(&folder, "user: frame { at: point { x: 2400 mm, y: 0 mm, z: -300 mm }, rotation: no_rotation }");
     let said = folder.refuses("E0807");
     assert!(said.contains("joint 2 would stand at") && said.contains("x 0.000 mm, y -42.000 mm"), "{said}");
     folder.job("shop.arm", "shop.arm with { wrist_margin: 75 deg }");

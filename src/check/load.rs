@@ -103,6 +103,7 @@ pub fn load_library() -> Loaded {
 /// Why a file cannot be used, in words that end a sentence beginning with the file's name.
 pub(super) enum Unusable {
     File(FileError),
+    /// The first line that is not.
     NotUtf8(usize),
 }
 
@@ -122,14 +123,17 @@ impl Unusable {
                 format!("is too large: {size} bytes, at most {limit} are read")
             }
             Unusable::File(FileError::Other(why)) => format!("cannot be read: {why}"),
-            Unusable::NotUtf8(at) => format!("is no UTF-8 text: byte {at} is not"),
+            Unusable::NotUtf8(line) => format!("is no UTF-8 text: line {line} holds something else, save it as UTF-8"),
         }
     }
 }
 
 fn read(files: &dyn FileProvider, path: &str) -> Result<String, Unusable> {
     let bytes = files.read(path, LARGEST_FILE).map_err(Unusable::File)?;
-    String::from_utf8(bytes).map_err(|e| Unusable::NotUtf8(e.utf8_error().valid_up_to()))
+    String::from_utf8(bytes).map_err(|e| {
+        let good = &e.as_bytes()[..e.utf8_error().valid_up_to()];
+        Unusable::NotUtf8(1 + good.iter().filter(|byte| **byte == b'\n').count())
+    })
 }
 
 struct Loader<'a> {

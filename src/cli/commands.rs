@@ -149,7 +149,10 @@ fn show(common: &Common, sources: &Sources, diagnostics: &[Diagnostic]) {
         .cloned()
         .collect();
     eprint!("{}", render::render(sources, &shown, style, colour));
-    let summary = render::summary(&shown);
+    let mut summary = render::summary(&shown);
+    if common.deny.is_some() && !shown.is_empty() && shown.iter().all(|d| d.severity == Severity::Warning) {
+        summary.push_str(", denied by `--deny warnings`");
+    }
     if style != Style::Json && !summary.is_empty() {
         eprintln!("{summary}");
     }
@@ -160,7 +163,7 @@ fn finish(common: &Common, timings: &Timings, status: u8) -> u8 {
     if let Some(path) = &common.timings
         && let Err(error) = std::fs::write(path, timings.to_json())
     {
-        eprintln!("the timings could not be written to `{}`: {error}", path.display());
+        eprintln!("the timings could not be written to `{}`: {}", path.display(), output::words(&error));
         return status.max(WRONG_INPUT);
     }
     status
@@ -304,9 +307,13 @@ fn tell(planned: &Planned, folder: &Path, files: &[(String, Vec<u8>)]) {
     say(&format!("{} ({})", result.name, result.part));
     if let Some(first) = result.programs.first() {
         say(&format!(
-            "  wrote      {} files, {:.1} MB, in {}; load `{}`",
+            "  wrote      {} files, {}, in {}; load `{}`",
             files.len(),
-            bytes as f64 / 1e6,
+            if bytes < 1_000_000 {
+                format!("{} kB", bytes.div_ceil(1000))
+            } else {
+                format!("{:.1} MB", bytes as f64 / 1e6)
+            },
             folder.display(),
             first.file
         ));
@@ -375,7 +382,7 @@ fn verify(common: &Common, programs: &[PathBuf], file: &Path, name: Option<&str>
             Err(error) => {
                 done.diagnostics.push(Diagnostic::placeless(
                     code::E1202,
-                    format!("the program `{}` could not be read: {error}", path.display()),
+                    format!("the program `{}` could not be read: {}", path.display(), output::words(&error)),
                 ));
             }
         }
@@ -449,7 +456,7 @@ fn explain(text: &str) -> u8 {
             0
         }
         None => {
-            eprintln!("there is no code `{text}`; codes look like `{}`", code::E0100);
+            eprintln!("there is no code `{text}`; codes look like `{}`", code::E0101);
             WRONG_COMMAND
         }
     }

@@ -5,6 +5,7 @@
 //! is relative to the working directory and always allowed.
 #![allow(clippy::disallowed_methods, reason = "cli is where the disk is")]
 
+use super::output::words;
 use crate::source::{FileError, FileProvider};
 use std::io::Read;
 use std::path::{Component, Path, PathBuf};
@@ -37,7 +38,7 @@ impl FileProvider for Disk {
         let path = self.here.join(path);
         let say = |e: std::io::Error| match e.kind() {
             std::io::ErrorKind::NotFound => FileError::NotFound,
-            _ => FileError::Other(e.to_string()),
+            _ => FileError::Other(words(&e)),
         };
         let meta = std::fs::metadata(&path).map_err(say)?;
         if meta.is_dir() {

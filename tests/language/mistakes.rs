@@ -168,7 +168,7 @@ fn files_that_cannot_be_used() {
     bytes.0.insert("b.polish".into(), vec![b'l', 0xff, 0xfe]);
     assert_eq!(
         said(&compile(&bytes, "b.polish", &options)),
-        ["E0204 the file `b.polish` is no UTF-8 text: byte 1 is not"]
+        ["E0204 the file `b.polish` is no UTF-8 text: line 1 holds something else, save it as UTF-8"]
     );
     bytes.0.insert("large.polish".into(), vec![b' '; (4 << 20) + 1]);
     assert_eq!(

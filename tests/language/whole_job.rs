@@ -134,7 +134,7 @@ fn requirements_wait_for_results_and_use_the_units_of_their_line() {
     let compiled = flat(&[("map", "flat.dat")]);
     let requirements = &compiled.jobs.first().expect("a job").requirements;
     assert_eq!(requirements.len(), 4);
-    assert_eq!(requirements[0].text, "result.predicted.rms       <= 1 wave / 60");
+    assert_eq!(requirements[0].text, "result.predicted.rms <= 1 wave / 60");
     assert_eq!(requirements[0].evaluate(&BTreeMap::new()).met, None);
     let mut results: BTreeMap<String, f64> = BTreeMap::new();
     // 632.8 nm / 60 = 10.547 nm: 10.5 nm is good, 10.6 nm is not. 6.328 nm is 0.01 wave.

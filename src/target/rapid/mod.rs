@@ -100,7 +100,7 @@ fn profile(rapid: &Rapid) -> Vec<Problem> {
                 Problem::error(
                     E0906,
                     format!("target.controller.{field}"),
-                    format!("a program cannot have {value} decimals here; {from} to {MOST_DECIMALS} are possible"),
+                    format!("`{field}` is {value}, and a program can have {from} to {MOST_DECIMALS} of them"),
                 )
                 .note(
                     "rounding must leave contact points within 1 um and normals within 0.001 deg: that takes 3 decimals of a \

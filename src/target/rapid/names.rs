@@ -240,7 +240,8 @@ fn not_a_name(name: &str, most: usize) -> Option<String> {
         return Some("it does not begin with a letter from A to Z".into());
     }
     if let Some(c) = characters.find(|c| !c.is_ascii_alphanumeric() && *c != '_') {
-        return Some(format!("the character `{}` is not allowed in one", c.escape_default()));
+        let what = if c.is_control() { "a control character".to_string() } else { format!("the character `{c}`") };
+        return Some(format!("{what} is not allowed in one"));
     }
     if name.len() > most {
         return Some(format!("it has {} characters where {most} fit", name.len()));
