@@ -4,7 +4,7 @@
 
 use super::arguments::{Arguments, Colour, Command, Common, Deny, Emit, For, MessageFormat};
 use super::disk::Disk;
-use super::output::{self, RealFolder};
+use super::output::{self, Output, RealFolder};
 use crate::diagnostics::codes as code;
 use crate::diagnostics::render::{self, Style};
 use crate::diagnostics::{Code, Diagnostic, Severity};
@@ -206,30 +206,33 @@ fn build(
         return finish(common, &timings, WRONG_INPUT);
     }
     timings.pass("write");
-    let mut wrote = Vec::new();
-    for planned in &done.jobs {
-        let folder = folder.map_or_else(|| Path::new("out").join(&planned.name), Path::to_path_buf);
-        let folder = if done.jobs.len() > 1 && folder.file_name().is_some_and(|f| f != planned.name.as_str()) {
-            folder.join(&planned.name)
-        } else {
-            folder
-        };
-        let files = files_of(&done, planned, emit, programs);
-        let stale = stale_files(&folder, &files);
-        if let Err(message) = output::write_all(&mut RealFolder, &folder, &files, &stale) {
-            done.diagnostics.push(
-                Diagnostic::placeless(code::E1201, message)
-                    .help("nothing was written; choose a folder that can be written to with `-o DIR`, or make room"),
-            );
-            show(common, &done.sources, &done.diagnostics);
-            return finish(common, &timings, WRONG_INPUT);
-        }
-        wrote.push((folder, files));
+    let outputs: Vec<Output> = done
+        .jobs
+        .iter()
+        .map(|planned| {
+            let folder = match folder {
+                // Several jobs never share a folder.
+                Some(folder) if done.jobs.len() > 1 => folder.join(&planned.name),
+                Some(folder) => folder.to_path_buf(),
+                None => Path::new("out").join(&planned.name),
+            };
+            let files = files_of(&done, planned, emit, programs);
+            let stale = stale_files(&folder, &files);
+            Output { folder, files, stale }
+        })
+        .collect();
+    if let Err(message) = output::write_all(&mut RealFolder, &outputs) {
+        done.diagnostics.push(
+            Diagnostic::placeless(code::E1201, message)
+                .help("nothing was written; choose a folder that can be written to with `-o DIR`, or make room"),
+        );
+        show(common, &done.sources, &done.diagnostics);
+        return finish(common, &timings, WRONG_INPUT);
     }
     show(common, &done.sources, &done.diagnostics);
     if !common.quiet && common.message_format != MessageFormat::Json {
-        for (planned, (folder, files)) in done.jobs.iter().zip(&wrote) {
-            tell(planned, folder, files);
+        for (planned, output) in done.jobs.iter().zip(&outputs) {
+            tell(planned, &output.folder, &output.files);
         }
     }
     finish(common, &timings, 0)

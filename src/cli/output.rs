@@ -13,6 +13,8 @@ pub trait Folder {
     fn write(&mut self, path: &Path, bytes: &[u8]) -> io::Result<()>;
     fn rename(&mut self, from: &Path, to: &Path) -> io::Result<()>;
     fn remove(&mut self, path: &Path) -> io::Result<()>;
+    /// Takes an empty folder away; one that holds something stays.
+    fn remove_folder(&mut self, folder: &Path) -> io::Result<()>;
     fn exists(&self, path: &Path) -> bool;
 }
 
@@ -39,6 +41,9 @@ impl Folder for RealFolder {
     fn remove(&mut self, path: &Path) -> io::Result<()> {
         std::fs::remove_file(path)
     }
+    fn remove_folder(&mut self, folder: &Path) -> io::Result<()> {
+        std::fs::remove_dir(folder)
+    }
     fn exists(&self, path: &Path) -> bool {
         path.exists()
     }
@@ -52,73 +57,101 @@ pub fn words(error: &io::Error) -> String {
     letters.next().map_or_else(String::new, |first| first.to_lowercase().chain(letters).collect())
 }
 
-/// Puts `files` into `folder`, and takes away `stale` (files of an earlier build that this one does not make).
-/// On any error nothing of the new build stays and everything of the old one is where it was.
-pub fn write_all(
-    disk: &mut dyn Folder,
-    folder: &Path,
-    files: &[(String, Vec<u8>)],
-    stale: &[String],
-) -> Result<(), String> {
-    let say = |path: &Path, e: io::Error| format!("`{}` could not be written: {}", path.display(), words(&e));
-    disk.create(folder).map_err(|e| say(folder, e))?;
-    let new = |name: &str| folder.join(format!("{name}.new"));
-    let old = |name: &str| folder.join(format!("{name}.old"));
-    for (i, (name, bytes)) in files.iter().enumerate() {
-        if let Err(e) = disk.write(&new(name), bytes) {
-            for (name, _) in &files[..=i] {
-                disk.remove(&new(name)).ok();
-            }
-            return Err(say(&folder.join(name), e));
-        }
+/// What one job writes.
+pub struct Output {
+    pub folder: PathBuf,
+    /// Names inside the folder, and bytes.
+    pub files: Vec<(String, Vec<u8>)>,
+    /// Files of an earlier build that this one does not make.
+    pub stale: Vec<String>,
+}
+
+impl Output {
+    fn new_place(&self, name: &str) -> PathBuf {
+        self.folder.join(format!("{name}.new"))
     }
-    let mut undo: Vec<(PathBuf, PathBuf)> = Vec::new();
-    let result = swap(disk, folder, files, stale, &new, &old, &mut undo);
-    match result {
+
+    fn old_place(&self, name: &str) -> PathBuf {
+        self.folder.join(format!("{name}.old"))
+    }
+}
+
+/// Puts the files of all `outputs` into their folders and takes their stale ones away. On any error nothing of the new
+/// build stays and everything of the old one is where it was.
+pub fn write_all(disk: &mut dyn Folder, outputs: &[Output]) -> Result<(), String> {
+    let mut undo = Undo::default();
+    match put(disk, outputs, &mut undo) {
         Ok(()) => {
-            for name in files.iter().map(|(name, _)| name).chain(stale) {
-                if disk.exists(&old(name)) {
-                    disk.remove(&old(name)).ok();
+            for output in outputs {
+                for name in output.files.iter().map(|(name, _)| name).chain(&output.stale) {
+                    if disk.exists(&output.old_place(name)) {
+                        disk.remove(&output.old_place(name)).ok();
+                    }
                 }
             }
             Ok(())
         }
         Err((path, e)) => {
-            for (from, to) in undo.iter().rev() {
-                disk.rename(to, from).ok();
-            }
-            for (name, _) in files {
-                disk.remove(&new(name)).ok();
-            }
-            Err(say(&path, e))
+            undo.all(disk);
+            Err(format!("`{}` could not be written: {}", path.display(), words(&e)))
         }
     }
 }
 
-fn swap(
-    disk: &mut dyn Folder,
-    folder: &Path,
-    files: &[(String, Vec<u8>)],
-    stale: &[String],
-    new: &dyn Fn(&str) -> PathBuf,
-    old: &dyn Fn(&str) -> PathBuf,
-    undo: &mut Vec<(PathBuf, PathBuf)>,
-) -> Result<(), (PathBuf, io::Error)> {
-    let mut step = |disk: &mut dyn Folder, from: PathBuf, to: PathBuf| match disk.rename(&from, &to) {
-        Ok(()) => {
-            undo.push((from, to));
-            Ok(())
+/// What was done so far, to be taken back.
+#[derive(Default)]
+struct Undo {
+    folders: Vec<PathBuf>,
+    written: Vec<PathBuf>,
+    renamed: Vec<(PathBuf, PathBuf)>,
+}
+
+impl Undo {
+    fn all(&self, disk: &mut dyn Folder) {
+        for (from, to) in self.renamed.iter().rev() {
+            disk.rename(to, from).ok();
         }
-        Err(e) => Err((from, e)),
-    };
-    for name in files.iter().map(|(name, _)| name).chain(stale) {
-        let place = folder.join(name);
-        if disk.exists(&place) {
-            step(disk, place, old(name))?;
+        for path in &self.written {
+            disk.remove(path).ok();
+        }
+        for folder in self.folders.iter().rev() {
+            disk.remove_folder(folder).ok();
         }
     }
-    for (name, _) in files {
-        step(disk, new(name), folder.join(name))?;
+
+    fn rename(&mut self, disk: &mut dyn Folder, from: PathBuf, to: PathBuf) -> Result<(), (PathBuf, io::Error)> {
+        match disk.rename(&from, &to) {
+            Ok(()) => {
+                self.renamed.push((from, to));
+                Ok(())
+            }
+            Err(e) => Err((from, e)),
+        }
+    }
+}
+
+fn put(disk: &mut dyn Folder, outputs: &[Output], undo: &mut Undo) -> Result<(), (PathBuf, io::Error)> {
+    for output in outputs {
+        if !disk.exists(&output.folder) {
+            undo.folders.push(output.folder.clone());
+        }
+        disk.create(&output.folder).map_err(|e| (output.folder.clone(), e))?;
+        for (name, bytes) in &output.files {
+            // Noted before it is written: a full disk leaves half a file.
+            undo.written.push(output.new_place(name));
+            disk.write(&output.new_place(name), bytes).map_err(|e| (output.folder.join(name), e))?;
+        }
+    }
+    for output in outputs {
+        for name in output.files.iter().map(|(name, _)| name).chain(&output.stale) {
+            let place = output.folder.join(name);
+            if disk.exists(&place) {
+                undo.rename(disk, place, output.old_place(name))?;
+            }
+        }
+        for (name, _) in &output.files {
+            undo.rename(disk, output.new_place(name), output.folder.join(name))?;
+        }
     }
     Ok(())
 }
@@ -126,12 +159,13 @@ fn swap(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::collections::BTreeMap;
+    use std::collections::{BTreeMap, BTreeSet};
 
-    /// A folder in memory whose n-th move fails.
+    /// A disk in memory whose n-th move fails.
     #[derive(Default)]
     struct Failing {
         files: BTreeMap<PathBuf, Vec<u8>>,
+        folders: BTreeSet<PathBuf>,
         moves: usize,
         fails_at: usize,
     }
@@ -147,8 +181,10 @@ mod tests {
     }
 
     impl Folder for Failing {
-        fn create(&mut self, _: &Path) -> io::Result<()> {
-            self.count()
+        fn create(&mut self, folder: &Path) -> io::Result<()> {
+            self.count()?;
+            self.folders.insert(folder.to_path_buf());
+            Ok(())
         }
         fn write(&mut self, path: &Path, bytes: &[u8]) -> io::Result<()> {
             let result = self.count();
@@ -167,8 +203,13 @@ mod tests {
             self.files.remove(path);
             Ok(())
         }
+        fn remove_folder(&mut self, folder: &Path) -> io::Result<()> {
+            assert!(!self.files.keys().any(|file| file.starts_with(folder)), "a folder with files is not empty");
+            self.folders.remove(folder);
+            Ok(())
+        }
         fn exists(&self, path: &Path) -> bool {
-            self.files.contains_key(path)
+            self.files.contains_key(path) || self.folders.contains(path)
         }
     }
 
@@ -178,22 +219,32 @@ mod tests {
             [("d/a.mod", "old a"), ("d/b.mod", "old b"), ("d/gone.mod", "old"), ("d/notes.txt", "the user's own")]
                 .map(|(p, t)| (PathBuf::from(p), t.as_bytes().to_vec()))
                 .into();
-        let files = [("a.mod".to_string(), b"new a".to_vec()), ("b.mod".to_string(), b"new b".to_vec())];
-        let stale = ["gone.mod".to_string()];
+        let folders = BTreeSet::from([PathBuf::from("d")]);
+        // Two jobs of one file: the folder of the second is new.
+        let outputs = [
+            Output {
+                folder: "d".into(),
+                files: vec![("a.mod".to_string(), b"new a".to_vec()), ("b.mod".to_string(), b"new b".to_vec())],
+                stale: vec!["gone.mod".to_string()],
+            },
+            Output { folder: "e".into(), files: vec![("c.mod".to_string(), b"new c".to_vec())], stale: Vec::new() },
+        ];
         let mut succeeded = false;
         for fails_at in 1..20 {
-            let mut disk = Failing { files: before.clone(), moves: 0, fails_at };
-            match write_all(&mut disk, Path::new("d"), &files, &stale) {
+            let mut disk = Failing { files: before.clone(), folders: folders.clone(), moves: 0, fails_at };
+            match write_all(&mut disk, &outputs) {
                 Err(message) => {
                     assert!(message.contains("no space left"), "{message}");
                     assert_eq!(disk.files, before, "failing at move {fails_at}");
+                    assert_eq!(disk.folders, folders, "failing at move {fails_at}");
                 }
                 Ok(()) => {
                     succeeded = true;
                     assert_eq!(disk.files[Path::new("d/a.mod")], b"new a");
                     assert!(!disk.files.contains_key(Path::new("d/gone.mod")));
                     assert_eq!(disk.files[Path::new("d/notes.txt")], b"the user's own");
-                    assert_eq!(disk.files.len(), 3);
+                    assert_eq!(disk.files[Path::new("e/c.mod")], b"new c");
+                    assert_eq!(disk.files.len(), 4);
                 }
             }
         }

@@ -69,7 +69,7 @@ pub fn read(bytes: &[u8], name: &str) -> Result<RawMap, Problem> {
 pub fn file_bytes(path: &str, files: &dyn FileProvider) -> Result<Vec<u8>, Problem> {
     files.read(path, MOST_BYTES).map_err(|error| match error {
         FileError::NotFound => Problem::error(codes::E0500, "file", format!("there is no file `{path}`"))
-            .help("a file is named relative to the `.polish` file that says it"),
+            .help("a file that a job names is looked for beside the `.polish` file that says it"),
         FileError::TooLarge { size, .. } => too_large(path, size),
         FileError::Outside => Problem::error(codes::E0500, "file", format!("`{path}` lies outside the project"))
             .help("copy it into the project's folder, or name it on the command line"),
