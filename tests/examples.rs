@@ -170,3 +170,26 @@ fn a_map_that_nobody_names_is_asked_for() {
     assert!(said.contains("map"), "{said}");
     assert!(!folder.exists(), "nothing is written");
 }
+
+/// The job that the README shows is the example's, shortened: in the example's folder it gives the same program, and the
+/// README tells what the tool tells.
+#[test]
+fn the_readme_shows_the_job_that_it_runs() {
+    let readme = std::fs::read_to_string("README.md").expect("the README");
+    let start = readme.find("```polish\n").expect("a job in the README") + "```polish\n".len();
+    let job = &readme[start..start + readme[start..].find("```").expect("its end")];
+    let folder = fresh_folder("readme");
+    std::fs::create_dir_all(&folder).expect("a folder");
+    for name in ["cell.polish", "flat_340.dat"] {
+        std::fs::copy(Path::new("examples/flat_340").join(name), folder.join(name)).expect("a copy");
+    }
+    let path = folder.join("flat_340.polish");
+    std::fs::write(&path, job).expect("the job");
+    let path = path.to_str().expect("a path in UTF-8");
+    let told = good(&["build", path, "-o", folder.join("out").to_str().expect("a path in UTF-8")]);
+    for line in
+        told.lines().filter(|line| line.contains("path ") || line.contains("predicted ") || line.contains("motion "))
+    {
+        assert!(readme.contains(line), "the README does not say `{line}`");
+    }
+}
