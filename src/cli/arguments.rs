@@ -36,7 +36,7 @@ pub struct Common {
     /// Say only what is wrong.
     #[arg(short, long, global = true)]
     pub quiet: bool,
-    /// Say more.
+    /// Say what each pass took, too.
     #[arg(short, long, global = true)]
     pub verbose: bool,
 }

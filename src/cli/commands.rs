@@ -90,15 +90,21 @@ impl Timings {
         Timings { start: Instant::now(), passes: Mutex::new(Vec::new()) }
     }
 
-    fn to_json(&self) -> String {
+    /// The passes with their milliseconds, and those of all.
+    fn milliseconds(&self) -> (Vec<(&'static str, f64)>, f64) {
         let end = self.start.elapsed().as_secs_f64();
         let passes = self.passes.lock().map(|p| p.clone()).unwrap_or_default();
-        let mut lines = Vec::new();
-        for (i, (name, from)) in passes.iter().enumerate() {
+        let rounded = |seconds: f64| (seconds * 1e5).round() / 100.0;
+        let each = passes.iter().enumerate().map(|(i, (name, from))| {
             let to = passes.get(i + 1).map_or(end, |(_, at)| *at);
-            lines.push(serde_json::json!({ "pass": name, "ms": ((to - from) * 1e5).round() / 100.0 }));
-        }
-        let total = (end * 1e5).round() / 100.0;
+            (*name, rounded(to - from))
+        });
+        (each.collect(), rounded(end))
+    }
+
+    fn to_json(&self) -> String {
+        let (passes, total) = self.milliseconds();
+        let lines: Vec<_> = passes.iter().map(|(name, ms)| serde_json::json!({ "pass": name, "ms": ms })).collect();
         serde_json::json!({ "passes": lines, "total_ms": total }).to_string() + "\n"
     }
 }
@@ -158,8 +164,14 @@ fn show(common: &Common, sources: &Sources, diagnostics: &[Diagnostic]) {
     }
 }
 
-/// Ends a command: writes the timings if they were asked for.
+/// Ends a command: tells and writes the timings if they were asked for.
 fn finish(common: &Common, timings: &Timings, status: u8) -> u8 {
+    if common.verbose && common.message_format != MessageFormat::Json {
+        let (passes, total) = timings.milliseconds();
+        for (name, ms) in passes.into_iter().chain([("all", total)]) {
+            eprintln!("{name:<10} {ms:>10.2} ms");
+        }
+    }
     if let Some(path) = &common.timings
         && let Err(error) = std::fs::write(path, timings.to_json())
     {
