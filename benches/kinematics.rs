@@ -94,6 +94,7 @@ fn main() {
         standoff: 1.5e-3,
         azimuth: 0.0,
         tool_radius: 0.1,
+        part: [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]],
         acceleration: 1.0,
         purpose: Purpose::Polish,
         points_per_run: 5000,

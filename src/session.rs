@@ -240,19 +240,21 @@ impl Passes<'_> {
         }
         self.planned.dwell = Some(outcome);
         self.planned.error_map = Some(error_map);
-        let (Some(robot), Some(controller)) = (&job.robot, controller) else { return Ok(()) };
+        let (Some(robot), Some(wanted)) = (&job.robot, &job.target) else { return Ok(()) };
         if until == Until::Dwell {
             return Ok(());
         }
 
         self.watch.pass("motion");
+        let bounds = job.workpiece.edge.bounds();
         let request = motion::Request {
             standoff: job.tool.standoff(),
             azimuth: job.tool.azimuth(),
             tool_radius: wheel.diameter.0 / 2.0,
+            part: [bounds.min, bounds.max],
             acceleration: corrective.acceleration.0,
             purpose: self.request.purpose,
-            points_per_run: usize::try_from(controller.module_points).unwrap_or(0),
+            points_per_run: target::points_per_module(wanted),
             speed_step,
         };
         // Moved, not copied: with five million points a copy is half a gigabyte.
@@ -438,6 +440,12 @@ pub fn inspect(
     unit: Option<f64>,
     pixel: Option<f64>,
 ) -> Result<metrology::Inspection, Problem> {
-    let bytes = metrology::file_bytes(path, files)?;
-    metrology::inspect(&bytes, path, unit, pixel)
+    let found = metrology::file_bytes(path, files).and_then(|bytes| metrology::inspect(&bytes, path, unit, pixel));
+    found.map_err(|mut problem| {
+        // No job stands behind: the sentence must say itself which file it speaks of.
+        if !problem.message.contains(path) {
+            problem.message = format!("`{path}`: {}", problem.message);
+        }
+        problem
+    })
 }

@@ -22,6 +22,7 @@ const REQUEST: Request = Request {
     standoff: 1.5e-3,
     azimuth: 0.5,
     tool_radius: 0.1,
+    part: [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]],
     acceleration: 1.0,
     purpose: Purpose::Polish,
     points_per_run: 100_000,
@@ -532,6 +533,16 @@ fn a_joint_move_through_the_part_is_refused() {
             && problem.message.contains("x 0.000 mm, y 0.000 mm, z -100.000 mm; 25.0 mm above it are kept clear"),
         "{problem:?}"
     );
+    // Beside the path and still in the part: 400 mm along y from a path that is 10 mm wide.
+    let inside = Transform::from_parts(Translation3::new(1.6, 0.4, 0.4 + 0.3), down);
+    let beside = arm.nearest_solution(&inside, &[0.0; 6]).expect("reachable").joints;
+    let mut robot = straight_above(1600.0, 0.0, 500.0);
+    cell(&mut robot).safe_poses = vec![beside.map(Angle).to_vec()];
+    let part = [[-0.5; 2], [0.5; 2]];
+    let problem = refused(timed(), &robot, &Request { part, ..REQUEST });
+    assert_eq!((problem.code, problem.field.as_deref()), (codes::E0805, Some("robot.cell.safe_poses.0")));
+    // With nothing there, the way is free.
+    planned(timed(), &robot, &REQUEST);
     // The same as a safe pose.
     let mut robot = straight_above(1600.0, 0.0, 500.0);
     cell(&mut robot).safe_poses = vec![joints.map(Angle).to_vec()];

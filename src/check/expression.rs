@@ -47,8 +47,8 @@ impl Checker<'_> {
             ExprKind::None => Typed { span, ty: Type::None, kind: TypedKind::None },
             ExprKind::Name(word) => {
                 // One symbol where a list of symbols is expected: known, so that only its brackets are missed.
-                let element = match want.map(|want| (want.ty.required(), &want.what)) {
-                    Some((Type::List(element, _), what)) => Some(Want { ty: (**element).clone(), what: what.clone() }),
+                let element = match want.map(|want| (want.ty.required(), want)) {
+                    Some((Type::List(element, _), want)) => Some(want.part(element)),
                     _ => None,
                 };
                 self.name(place, word, span, element.as_ref().or(want))
@@ -189,8 +189,8 @@ impl Checker<'_> {
     }
 
     fn list(&mut self, place: Place, elements: &[Expr], unit: Option<&Unit>, span: Span, want: Option<&Want>) -> Typed {
-        let element_want = match want.map(|want| (want.ty.required(), &want.what)) {
-            Some((Type::List(element, _), what)) => Some(Want { ty: (**element).clone(), what: what.clone() }),
+        let element_want = match want.map(|want| (want.ty.required(), want)) {
+            Some((Type::List(element, _), want)) => Some(want.part(element)),
             _ => None,
         };
         let unit_use = match unit {
@@ -236,7 +236,7 @@ impl Checker<'_> {
                 ty = first.clone();
             }
             for (element, expr) in typed.iter_mut().zip(elements) {
-                let want = Want { ty: ty.clone(), what: "this list".into() };
+                let want = Want { ty: ty.clone(), what: "this list".into(), unit: None };
                 let found = std::mem::replace(element, Typed::failed(span));
                 *element = self.conform(found, expr, Some(&want));
             }
@@ -254,8 +254,8 @@ impl Checker<'_> {
     }
 
     fn range(&mut self, place: Place, from: &Expr, to: &Expr, span: Span, want: Option<&Want>) -> Typed {
-        let end_want = match want.map(|want| (want.ty.required(), &want.what)) {
-            Some((Type::Range(element), what)) => Some(Want { ty: (**element).clone(), what: what.clone() }),
+        let end_want = match want.map(|want| (want.ty.required(), want)) {
+            Some((Type::Range(element), want)) => Some(want.part(element)),
             _ => None,
         };
         let low = self.expression(place, from, end_want.as_ref());
@@ -298,7 +298,7 @@ impl Checker<'_> {
         // A symbol on the right means what the left side's set says.
         let equality = matches!(operator, BinaryOp::Equal | BinaryOp::NotEqual);
         let right_want = match &a.ty {
-            Type::Symbols(_) if equality => Some(Want { ty: a.ty.clone(), what: format!("`{word}`") }),
+            Type::Symbols(_) if equality => Some(Want { ty: a.ty.clone(), what: format!("`{word}`"), unit: None }),
             _ => None,
         };
         let b = self.expression(place, right, right_want.as_ref());
@@ -306,7 +306,7 @@ impl Checker<'_> {
             return Typed::failed(span);
         }
         if equality && a.ty.dimension().is_none() && matches!(a.ty, Type::Symbols(_) | Type::Bool | Type::Text) {
-            let want = Want { ty: a.ty.clone(), what: format!("the right side of `{word}`") };
+            let want = Want { ty: a.ty.clone(), what: format!("the right side of `{word}`"), unit: None };
             let b = self.conform(b, right, Some(&want));
             return Typed { span, ty: Type::Bool, kind: TypedKind::Binary(operator, Box::new(a), Box::new(b)) };
         }

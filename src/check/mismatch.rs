@@ -1,6 +1,7 @@
 //! What to say when a value does not fit: both sides, the missing factor, the units that fit.
 
 use super::typed::{Typed, TypedKind};
+use super::types::SchemaId;
 use super::types::{Type, listed};
 use super::{Checker, Want};
 use crate::diagnostics::{Diagnostic, codes};
@@ -65,18 +66,19 @@ impl Checker<'_> {
             return found;
         }
         let diagnostic = match (found.ty.dimension(), want.ty.required().dimension()) {
-            (Some(have), Some(need)) => self.wrong_dimension(&found, expr, &want.what, have, need),
+            (Some(have), Some(need)) => self.wrong_dimension(&found, expr, want, have, need),
             _ => self.wrong_type(&found, want),
         };
         self.say(diagnostic);
         Typed::failed(found.span)
     }
 
-    fn wrong_dimension(&self, found: &Typed, expr: &Expr, what: &str, have: Dimension, need: Dimension) -> Diagnostic {
+    fn wrong_dimension(&self, found: &Typed, expr: &Expr, want: &Want, have: Dimension, need: Dimension) -> Diagnostic {
         let units = &self.vocabulary.units;
+        let what = &want.what;
         let message = format!("{what} expects {}, found {}", units.in_words(need), units.in_words(have));
         if have.is_number() {
-            return self.missing_unit(found.span, expr, message, need);
+            return self.missing_unit(found.span, expr, message, need, want.unit.as_deref());
         }
         let diagnostic = Diagnostic::error(codes::E0303, found.span, message)
             .note(format!("expected: {}", side(units, need)))
@@ -97,10 +99,28 @@ impl Checker<'_> {
         }
     }
 
+    /// The unit of the first quantity in the field's limits, the usual ones before the hard ones.
+    pub(super) fn unit_of_limits(&self, schema: SchemaId, field: &str) -> Option<String> {
+        let field = self.vocabulary.schema(schema).field(field)?;
+        let limits = field.usual.iter().chain(&field.restriction);
+        limits.into_iter().find_map(|limit| {
+            let mut words = limit.text.split_whitespace().skip_while(|word| word.parse::<f64>().is_err());
+            words.next();
+            words.next().filter(|word| word.starts_with(char::is_alphabetic)).map(str::to_string)
+        })
+    }
+
     /// A plain number where a quantity is expected.
-    fn missing_unit(&self, span: Span, expr: &Expr, message: String, need: Dimension) -> Diagnostic {
+    fn missing_unit(
+        &self,
+        span: Span,
+        expr: &Expr,
+        message: String,
+        need: Dimension,
+        unit: Option<&str>,
+    ) -> Diagnostic {
         let diagnostic = Diagnostic::error(codes::E0302, span, message);
-        let unit = usual_unit(need).map_or_else(|| need.si_unit(), str::to_string);
+        let unit = unit.or(usual_unit(need)).map_or_else(|| need.si_unit(), str::to_string);
         let diagnostic = match units_that_fit(need) {
             Some(fitting) => diagnostic.note(format!("units that fit: {fitting}")),
             None => diagnostic,
@@ -176,13 +196,26 @@ impl Checker<'_> {
             .also(right.0.span, units.describe(b))
             .note(format!("left:  {}", side(units, a)))
             .note(format!("right: {}", side(units, b)));
-        let bare = [(a, b, left), (b, a, right)]
+        let bare = [(a, b, left, right), (b, a, right, left)]
             .into_iter()
-            .find(|(have, _, (_, expr))| have.is_number() && literal_number(expr));
-        if let Some((_, need, (_, expr))) = bare {
-            let unit = usual_unit(need).map_or_else(|| need.si_unit(), str::to_string);
-            let mended = format!("{} {unit}", self.sources.slice(expr.span));
-            diagnostic = diagnostic.help(format!("write `{mended}`")).suggest(expr.span, mended);
+            .find(|(have, _, (_, expr), _)| have.is_number() && literal_number(expr));
+        if let Some((_, need, (_, expr), (_, other))) = bare {
+            // The unit of the other side, if it says one. A height is no millimetre and a removal rate no millimetre a
+            // second: where several units are usual, nothing is proposed that a reader might just accept.
+            let beside = match &other.kind {
+                ExprKind::Quantity { unit, .. } => Some(self.sources.slice(unit.span).to_string()),
+                _ => None,
+            };
+            let several = need == Dimension::LENGTH || need == Dimension::whole(1, 0, -1, 0);
+            diagnostic = match (several && beside.is_none(), units_that_fit(need)) {
+                (true, Some(fitting)) => diagnostic.help(format!("give the number its unit: {fitting} fit")),
+                _ => {
+                    let unit =
+                        beside.or_else(|| usual_unit(need).map(str::to_string)).unwrap_or_else(|| need.si_unit());
+                    let mended = format!("{} {unit}", self.sources.slice(expr.span));
+                    diagnostic.help(format!("write `{mended}`")).suggest(expr.span, mended)
+                }
+            };
         } else {
             if let Some(factor) = a.over(b) {
                 diagnostic = diagnostic.note(format!("the factor between them: {}", side(units, factor)));

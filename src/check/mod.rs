@@ -135,6 +135,15 @@ impl Place {
 struct Want {
     ty: Type,
     what: String,
+    /// The unit that the field's own limits are written in: what a number without one most likely meant.
+    unit: Option<String>,
+}
+
+impl Want {
+    /// The same of an element or an end, whose type is `ty`.
+    fn part(&self, ty: &Type) -> Want {
+        Want { ty: ty.clone(), what: self.what.clone(), unit: self.unit.clone() }
+    }
 }
 
 struct Checker<'a> {

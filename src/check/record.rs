@@ -154,7 +154,7 @@ impl Checker<'_> {
                 );
                 continue;
             }
-            let want = Want { ty, what: format!("`{}`", name.text) };
+            let want = Want { ty, what: format!("`{}`", name.text), unit: self.unit_of_limits(schema, &field) };
             // The short form `workpece { … }` has one misspelt word, not two.
             let value = match (&value.kind, &want.ty) {
                 (ExprKind::Record { schema: Some(short), body }, Type::Schema(schema))

@@ -371,7 +371,11 @@ impl<'a> Checker<'a> {
     pub(super) fn limit(&mut self, place: Place, limit: &Restriction, element: &Type, what: &str) -> Limit {
         match limit {
             Restriction::Range(range) => {
-                let want = Want { ty: Type::Range(Box::new(element.clone())), what: format!("the limit of {what}") };
+                let want = Want {
+                    ty: Type::Range(Box::new(element.clone())),
+                    what: format!("the limit of {what}"),
+                    unit: None,
+                };
                 let checked = self.expression(place, range, Some(&want));
                 let text = self.sources.slice(range.span).to_string();
                 let bounds = match checked.kind {
@@ -397,7 +401,7 @@ impl<'a> Checker<'a> {
 
     /// An expression of a wanted type.
     pub(super) fn wanted(&mut self, place: Place, expr: &Expr, ty: Type, what: String) -> super::Typed {
-        self.expression(place, expr, Some(&Want { ty, what }))
+        self.expression(place, expr, Some(&Want { ty, what, unit: None }))
     }
 }
 

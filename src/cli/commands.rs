@@ -14,7 +14,7 @@ use crate::report::{Met, ResultFile};
 use crate::session::{self, Compilation, Planned, Request, Until, Watch};
 use crate::source::Sources;
 use crate::target::Program;
-use clap::Parser;
+use clap::{Parser, ValueEnum};
 use std::ffi::OsString;
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
@@ -218,6 +218,19 @@ fn build(
         return finish(common, &timings, WRONG_INPUT);
     }
     timings.pass("write");
+    for form in emit {
+        if let Some(planned) =
+            done.jobs.iter().find(|planned| *form != Emit::Program && emitted(&done, planned, *form).is_none())
+        {
+            let word = form.to_possible_value().map(|value| value.get_name().to_string()).unwrap_or_default();
+            let message = format!("the job `{}` has no `{word}` to emit", planned.name);
+            done.diagnostics.push(
+                Diagnostic::placeless(code::E1203, message).help("`motion` needs a `robot` and a `target` in the job"),
+            );
+            show(common, &done.sources, &done.diagnostics);
+            return finish(common, &timings, WRONG_INPUT);
+        }
+    }
     let outputs: Vec<Output> = done
         .jobs
         .iter()
@@ -307,6 +320,13 @@ fn stale_files(folder: &Path, files: &[(String, Vec<u8>)]) -> Vec<String> {
     }
     let Ok(text) = std::fs::read_to_string(folder.join("result.json")) else { return Vec::new() };
     let Ok(old) = serde_json::from_str::<serde_json::Value>(&text) else { return Vec::new() };
+    let purpose = |result: &serde_json::Value| result["jobs"][0]["for"].clone();
+    let new =
+        files.iter().find(|(name, _)| name == "result.json").map(|(_, bytes)| bytes.as_slice()).unwrap_or_default();
+    // A dry run does not take the polishing program away, nor the other way round.
+    if serde_json::from_slice(new).map(|new: serde_json::Value| purpose(&new)).ok() != Some(purpose(&old)) {
+        return Vec::new();
+    }
     let jobs = old["jobs"].as_array().cloned().unwrap_or_default();
     jobs.iter()
         .flat_map(|job| job["programs"].as_array().cloned().unwrap_or_default())
@@ -363,6 +383,9 @@ fn tell(planned: &Planned, folder: &Path, files: &[(String, Vec<u8>)]) {
             Met::Pending => "pending",
         };
         say(&format!("  {word:<9}  {} (is {})", requirement.text, requirement.value));
+    }
+    if result.programs.is_empty() && files.iter().any(|(name, _)| name == "result.json") {
+        say("  no program: the job names no robot and target");
     }
     if !result.programs.is_empty() {
         say(&format!("  unchecked  {}; {}", result.unchecked.join(", "), result.note));

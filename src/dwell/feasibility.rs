@@ -114,14 +114,18 @@ pub(super) fn check_resolution(
 ) -> Result<(), Problem> {
     let pixel = field.window.pixel[0].max(field.window.pixel[1]);
     let message = format!(
-        "the map's pixels of {:.3} mm are coarse beside the spot, whose sigma is {:.3} mm",
+        "the map's pixels of {:.3} mm are coarse beside the spot, whose effective sigma, cut at its diameter, is {:.3} mm",
         pixel * 1e3,
         footprint.sigma * 1e3
     );
     if pixel > footprint.sigma / 2.0 {
         return Err(Problem::error(codes::E0706, "workpiece.error", message)
             .note("pixels wider than half a sigma cannot carry what the tool removes")
-            .help(format!("use a map with pixels of at most {:.3} mm", footprint.sigma / 4.0 * 1e3)));
+            .help(format!(
+                "use a map with pixels of at most {:.3} mm; up to {:.3} mm it works with a warning",
+                footprint.sigma / 4.0 * 1e3,
+                footprint.sigma / 2.0 * 1e3
+            )));
     }
     if pixel > footprint.sigma / 4.0 {
         warnings.push(
@@ -130,14 +134,16 @@ pub(super) fn check_resolution(
                 .help(format!("use a map with pixels of at most {:.3} mm", footprint.sigma / 4.0 * 1e3)),
         );
     }
+    // A ripple of a thousandth of the removal lies below what influence functions repeat to.
+    const RIPPLE: f64 = 1e-3;
     // Lines at a distance p of Gaussian profile with width sigma leave a ripple of 2 exp(-2 pi² sigma²/p²) of the depth
     // (the first term of the Fourier series): 0.03 % at 1.5 sigma, 1.4 % at 2 sigma.
-    if line_pitch > 1.5 * footprint.sigma {
-        let ratio = std::f64::consts::PI * footprint.sigma / line_pitch;
-        let ripple = 2.0 * libm::exp(-2.0 * ratio * ratio);
+    let ratio = std::f64::consts::PI * footprint.sigma / line_pitch;
+    let ripple = 2.0 * libm::exp(-2.0 * ratio * ratio);
+    if ripple > RIPPLE {
         // Beyond half of the depth the first term alone says too little, and the strips are plain to see.
         let leave = if ripple < 0.5 {
-            format!("a ripple of about {:.1} % of the removal", ripple * 1e2)
+            format!("a ripple of about {:.2} % of the removal", ripple * 1e2)
         } else {
             "strips between them that lose hardly anything".to_string()
         };
@@ -148,7 +154,7 @@ pub(super) fn check_resolution(
         );
         warnings.push(
             Problem::warning(codes::W0701, "path.line_pitch", message)
-                .help(format!("a `line_pitch` of {:.3} mm leaves less than 0.1 %", 1.5 * footprint.sigma * 1e3)),
+                .help(format!("a `line_pitch` of {:.3} mm leaves less than 0.1 %", 1.6 * footprint.sigma * 1e3)),
         );
     }
     Ok(())
@@ -205,8 +211,17 @@ pub(super) fn check_base(
     Ok(base)
 }
 
-/// What is odd about a solved run.
-pub(super) fn warn(figures: &Figures, dwell: &Corrective, warnings: &mut Vec<Problem>) {
+/// Whether the even layer is what holds the solver: it may have none, this one only, or all that it is allowed.
+fn deeper_helps(figures: &Figures, piston: &Piston) -> bool {
+    match piston {
+        Piston::free(free) => free.at_most.is_some_and(|most| figures.base > 0.95 * most.0),
+        Piston::fixed(_) | Piston::held(_) => true,
+    }
+}
+
+/// What is wrong (E0708) or odd about a solved run.
+pub(super) fn check_solved(figures: &Figures, dwell: &Corrective, warnings: &mut Vec<Problem>) -> Result<(), Problem> {
+    // The prediction follows the ramps and the solver does not: they may differ by a twentieth of a layer.
     // A tenth of the times at a bound is where the reference study saw the residual suffer.
     if figures.at_bounds > 0.1 {
         let message = format!(
@@ -217,7 +232,11 @@ pub(super) fn warn(figures: &Figures, dwell: &Corrective, warnings: &mut Vec<Pro
         warnings.push(
             Problem::warning(codes::W0702, "dwell.feed", message)
                 .note("the solver would go faster or slower there; the residual suffers")
-                .help("widen `feed`, or allow a deeper even layer in `piston`"),
+                .help(if deeper_helps(figures, &dwell.piston) {
+                    "widen `feed`, or allow a deeper even layer in `piston`"
+                } else {
+                    "widen `feed`"
+                }),
         );
     }
     if let Piston::free(free) = &dwell.piston
@@ -229,11 +248,9 @@ pub(super) fn warn(figures: &Figures, dwell: &Corrective, warnings: &mut Vec<Pro
             figures.base * 1e9,
             most.0 * 1e9
         );
-        warnings.push(
-            Problem::warning(codes::W0703, "dwell.piston.at_most", message)
-                .note("valleys deeper than the layer lose glass too, since no feed is fast enough to remove nothing")
-                .help("raise `at_most`, or the upper end of `feed`"),
-        );
+        return Err(Problem::error(codes::E0708, "dwell.piston.at_most", message)
+            .note("valleys deeper than the layer lose glass too, since no feed is fast enough to remove nothing")
+            .help("raise `at_most`, or the upper end of `feed`"));
     }
     if figures.rms > figures.before_rms {
         let message = format!(
@@ -246,4 +263,5 @@ pub(super) fn warn(figures: &Figures, dwell: &Corrective, warnings: &mut Vec<Pro
                 .help("do not run it; the error may be finer than the spot"),
         );
     }
+    Ok(())
 }

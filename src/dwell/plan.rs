@@ -2,7 +2,7 @@
 //!
 //! In: a [`Task`]. Out: an [`Outcome`], or what makes the run impossible, with the number that would mend it.
 
-use super::feasibility::{check_base, check_resolution, check_start, limits, warn};
+use super::feasibility::{check_base, check_resolution, check_solved, check_start, limits};
 use super::field::Field;
 use super::footprint::{Footprint, floor_depth};
 use super::least_squares::{self, Base, LinearOperator, Stop, Wanted};
@@ -183,7 +183,7 @@ pub fn solve(task: Task, warnings: &mut Vec<Problem>) -> Result<Outcome, Problem
         solver_rms,
         ..outcome.figures
     };
-    warn(&outcome.figures, dwell, warnings);
+    check_solved(&outcome.figures, dwell, warnings)?;
     Ok(outcome)
 }
 

@@ -262,7 +262,7 @@ fn refuse_large_holes(grid: &Grid, found: &[holes::Hole], limit: f64, clear: &Ap
     Err(if others == 0 {
         problem
     } else {
-        problem.note(format!("{} more {} above the limit", others, if others == 1 { "hole is" } else { "holes are" }))
+        problem.note(format!("{others} more {} refused too", if others == 1 { "hole is" } else { "holes are" }))
     })
 }
 

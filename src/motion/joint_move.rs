@@ -46,14 +46,15 @@ pub(super) struct TooNear {
 }
 
 impl Column {
-    /// The column over a path; `radius` is the ball's, `height` the travel height.
-    pub fn new(points: &Points, radius: f64, height: f64) -> Column {
+    /// The column over a path and the part (its box, lower left and upper right corner); `radius` is the ball's, `height`
+    /// the travel height.
+    pub fn new(points: &Points, part: [[f64; 2]; 2], radius: f64, height: f64) -> Column {
         let least = |values: &[f64]| values.iter().fold(f64::INFINITY, |a, b| a.min(*b));
         let most = |values: &[f64]| values.iter().fold(f64::NEG_INFINITY, |a, b| a.max(*b));
         let (grow, top) = (radius + BETWEEN_SAMPLES, most(&points.z));
         Column {
-            lower: [least(&points.x) - grow, least(&points.y) - grow],
-            upper: [most(&points.x) + grow, most(&points.y) + grow],
+            lower: [least(&points.x).min(part[0][0]) - grow, least(&points.y).min(part[0][1]) - grow],
+            upper: [most(&points.x).max(part[1][0]) + grow, most(&points.y).max(part[1][1]) + grow],
             floor: top + CLEAR_SHARE * height,
             top,
             radius,

@@ -56,6 +56,8 @@ pub struct Request {
     /// Radius in metres of the ball that stands for the tool in the check of joint moves: it touches the tool centre
     /// point and has its centre on the tool's -z axis. For a wheel, the wheel's radius.
     pub tool_radius: f64,
+    /// Lower left and upper right corner of the box around the part's edge, metres, in the part frame.
+    pub part: [[f64; 2]; 2],
     /// The path's acceleration, m/s², for the estimate of time.
     pub acceleration: f64,
     pub purpose: Purpose,

@@ -44,7 +44,7 @@ pub fn plan(timed: TimedPath, robot: &job::Robot, request: &Request) -> Result<C
     let (position, quaternion) = tool_poses(&timed, request.standoff + lift, request.azimuth)?;
     let planner = Planner {
         follower: Follower::new(&station),
-        column: Column::new(&timed.path.points, request.tool_radius, station.travel_height),
+        column: Column::new(&timed.path.points, request.part, request.tool_radius, station.travel_height),
         station: &station,
         timed: &timed,
         poses: Poses { position: &position, quaternion: &quaternion, speed: &timed.speed },

@@ -50,10 +50,20 @@ pub fn check(
     let (least_overrun, [x, y]) = least;
     let full_feed_overrun = spot_radius + feed * feed / (2.0 * acceleration);
     if least_overrun < spot_radius {
+        // Lines end at whole point steps, so that a little more room may not yet move their ends.
+        let step = path.lines.iter().find_map(|line| {
+            let [a, b] =
+                [line.points.start, line.points.start + 1].map(|p| path.points.position(p.min(line.points.end - 1)));
+            let step = libm::hypot(b[0] - a[0], b[1] - a[1]);
+            (step > 0.0).then_some(step)
+        });
+        // In whole tenths of a millimetre, upwards.
+        let wider = ((spot_radius - least_overrun + step.unwrap_or(0.0)) * 1e4).ceil() / 10.0;
+        let side = if least_overrun < 0.0 { "inside" } else { "beyond" };
         let message = format!(
-            "the tool stands still {:.3} mm beyond the edge at x {:.3} mm, y {:.3} mm, where its spot of {:.3} mm \
+            "the tool stands still {:.3} mm {side} the edge at x {:.3} mm, y {:.3} mm, where its spot of {:.3} mm \
              radius still touches the part",
-            least_overrun * 1e3,
+            least_overrun.abs() * 1e3,
             x * 1e3,
             y * 1e3,
             spot_radius * 1e3
@@ -61,9 +71,8 @@ pub fn check(
         return Err(Problem::error(codes::E0644, "path.over", message)
             .note("a standing tool removes most of all; every line must start and end off the part")
             .help(format!(
-                "let `over` reach at least {:.3} mm farther out on every side (that is, {:.3} mm more in diameter)",
-                (spot_radius - least_overrun) * 1e3,
-                (spot_radius - least_overrun) * 2e3
+                "let `over` reach {wider:.1} mm farther out on every side (that is, {:.1} mm more in diameter)",
+                2.0 * wider
             )));
     }
     Ok(LineEnds { least_overrun, full_feed_overrun })
@@ -112,10 +121,12 @@ mod tests {
     fn standing_over_the_part_is_refused_with_the_distance_that_is_missing() {
         let problem = check(&line(57.0), &part(), 8e-3, 0.1, 0.5).unwrap_err();
         assert_eq!(problem.code, codes::E0644);
-        assert!(problem.help.expect("a mend").contains("1.000 mm farther"));
-        // On the part, 10 mm inside its edge: 18 mm are missing.
+        // 1 mm is missing, and a point step of 57 mm may have to be added before the ends move.
+        assert!(problem.help.expect("a mend").contains("58.0 mm farther"));
+        // On the part, 10 mm inside its edge: 18 mm are missing, and a step of 40 mm.
         let problem = check(&line(40.0), &part(), 8e-3, 0.1, 0.5).unwrap_err();
-        assert!(problem.help.expect("a mend").contains("18.000 mm farther"));
+        assert!(problem.help.as_deref().expect("a mend").contains("58.0 mm farther"));
+        assert!(problem.message.contains("10.000 mm inside the edge"), "{}", problem.message);
     }
 
     #[test]

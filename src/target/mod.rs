@@ -31,6 +31,13 @@ pub struct Program {
 #[derive(Clone, Debug)]
 pub struct Draft<T>(pub T);
 
+/// How many points one module is sure to hold, whatever their numbers: motion ends its runs there.
+pub fn points_per_module(target: &Target) -> usize {
+    match target {
+        Target::rapid(rapid) => rapid::points_per_module(rapid),
+    }
+}
+
 /// The program text of `motion` in the language of the job's target; `name` is the job's name, for the comments at the
 /// head of the text. Errors: those of the target.
 pub fn emit(name: &str, motion: &Checked<Motion>, job: &Job) -> Result<Draft<Program>, Vec<Problem>> {

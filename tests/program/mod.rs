@@ -150,6 +150,7 @@ pub fn plan(job: &Job, timed: TimedPath, purpose: Purpose) -> Checked<Motion> {
         standoff: wheel.gap.0,
         azimuth: wheel.azimuth.0,
         tool_radius: wheel.diameter.0 / 2.0,
+        part: [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]],
         acceleration: 0.5,
         purpose,
         points_per_run: usize::try_from(rapid.controller.module_points).expect("a count"),

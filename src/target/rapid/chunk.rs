@@ -18,6 +18,12 @@ use crate::target::number::{push_fixed, push_scaled, scaled};
 /// Bytes that a module has around its runs, as an upper bound: ten lines of comments and the comparison of the digest.
 pub const FRAME_BYTES: usize = 16 * LINE_LENGTH;
 
+/// Characters that a move of one line has at most beside the names of tool and work object.
+pub const MOVE_LENGTH: usize = 182;
+
+/// What stands where a move is broken into two lines.
+pub const WRAP: &str = "\r\n            ";
+
 /// How a zone is written.
 pub fn zone_name(zone: Zone) -> &'static str {
     match zone {
@@ -46,11 +52,9 @@ pub fn run(setup: &Setup, index: usize) -> Result<Vec<u8>, Problem> {
     let bad = |what: &str| {
         Problem::error(E0904, "path", format!("run {}: {what} cannot be written as a RAPID number", index + 1))
     };
-    // A move of one line has at most this many characters beside the names; with long names its arguments go on the
-    // next line.
-    const MOVE_LENGTH: usize = 182;
+    // With long names the arguments of a move go on the next line.
     let names = &setup.names;
-    let wrap = if MOVE_LENGTH + names.tool.len() + names.object.len() > LINE_LENGTH { "\r\n            " } else { "" };
+    let wrap = if MOVE_LENGTH + names.tool.len() + names.object.len() > LINE_LENGTH { WRAP } else { "" };
     let mut after_speed = vec![b','];
     push_fixed(&mut after_speed, degrees(setup.rapid.controller.orientation_speed.0), setup.decimals.speed)
         .ok_or_else(|| bad("the orientation speed"))?;

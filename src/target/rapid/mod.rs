@@ -143,6 +143,17 @@ fn values(cell: &RobotCell, decimals: Decimals) -> Vec<Problem> {
     problems
 }
 
+/// Points that fit into one module by both of its limits, each point written as long as it can be; see
+/// [`crate::target::points_per_module`].
+pub fn points_per_module(rapid: &Rapid) -> usize {
+    let limit = |value: i64| usize::try_from(value).unwrap_or(0);
+    let line = chunk::MOVE_LENGTH + chunk::WRAP.len() + rapid.tool_name.len() + rapid.object_name.len();
+    // Approach, start and retract of a run, and its comment.
+    let around = chunk::FRAME_BYTES + 4 * (line + writing::LINE_LENGTH);
+    let by_bytes = limit(rapid.controller.module_bytes).saturating_sub(around) / line;
+    limit(rapid.controller.module_points).min(by_bytes)
+}
+
 /// Runs gathered into modules: as many as fit the limits of points and bytes, in order.
 fn pack(setup: &Setup, runs: &[Vec<u8>]) -> Result<Vec<Chunk>, Vec<Problem>> {
     let limit = |value: i64| usize::try_from(value).unwrap_or(0);
