@@ -143,7 +143,7 @@ pub fn compile(files: &dyn FileProvider, request: &Request, watch: &dyn Watch) -
             if let Err(problems) = passes.run() {
                 said.extend(problems);
             }
-            planned.summarise(request.purpose, files, &said);
+            planned.summarise(request.purpose, planned.inputs(files, &done.sources, &request.path), &said);
             // A program for polishing must do what the job requires; a rehearsal, or a look at a form on the way, need not.
             let finished = !said.iter().any(|p| p.severity == Severity::Error);
             if finished && request.until == Until::Program && request.purpose == Purpose::Polish {
@@ -351,7 +351,7 @@ impl Planned {
     }
 
     /// Puts together what is known.
-    fn summarise(&mut self, purpose: Purpose, files: &dyn FileProvider, said: &[Problem]) {
+    fn summarise(&mut self, purpose: Purpose, inputs: Vec<Input>, said: &[Problem]) {
         let (Some(outcome), Some(path)) = (&self.dwell, self.path()) else { return };
         let program = self.program.as_deref();
         let results = report::results(outcome, path, self.motion.as_deref(), program);
@@ -367,7 +367,7 @@ impl Planned {
             dwell: report::dwell(outcome),
             predicted: report::predicted(outcome),
             motion: self.motion.as_deref().map(report::motion),
-            inputs: self.inputs(files),
+            inputs,
             requirements: self.requirements.iter().map(|r| report::requirement(r, &results)).collect(),
             warnings: said
                 .iter()
@@ -379,23 +379,29 @@ impl Planned {
         });
     }
 
-    /// The data files of the job, by content; names are as the job's folder sees them, so that a build elsewhere is the
-    /// same.
-    fn inputs(&self, files: &dyn FileProvider) -> Vec<Input> {
+    /// The files that the job was made from, by content: the texts, then the data. Names are relative to the job's folder
+    /// (the last part alone for a file elsewhere), so that a build in another place is the same.
+    fn inputs(&self, files: &dyn FileProvider, sources: &Sources, job: &str) -> Vec<Input> {
+        let input = |path: &str, bytes: &[u8]| {
+            let folder = job.rfind('/').map_or("", |slash| &job[..=slash]);
+            let last = path.rsplit(['/', '\\']).next().unwrap_or(path);
+            Input {
+                file: path.strip_prefix(folder).filter(|rest| !rest.starts_with('/')).unwrap_or(last).to_string(),
+                blake3: blake3::hash(bytes).to_hex().to_string(),
+            }
+        };
+        // stdlib belongs to the compiler, whose version is stated; values of `--set` stand in no file.
+        let texts = sources.iter().filter(|(_, name, _)| !name.starts_with(['<', '-']));
         let job::FormError::height_map(map) = &self.job.workpiece.error;
         let job::Tool::mrf_wheel(wheel) = &self.job.tool;
         let spot = match &wheel.influence {
             job::Influence::gaussian(_) => None,
             job::Influence::measured(spot) => Some(spot.file.as_str()),
         };
-        std::iter::once(map.file.as_str())
+        let data = std::iter::once(map.file.as_str())
             .chain(spot)
-            .filter_map(|path| {
-                let bytes = files.read(path, metrology::MOST_BYTES).ok()?;
-                let name = path.rsplit(['/', '\\']).next().unwrap_or(path);
-                Some(Input { file: name.to_string(), blake3: blake3::hash(&bytes).to_hex().to_string() })
-            })
-            .collect()
+            .filter_map(|path| Some(input(path, &files.read(path, metrology::MOST_BYTES).ok()?)));
+        texts.map(|(_, name, text)| input(name, text.as_bytes())).chain(data).collect()
     }
 
     /// Errors for the requirements that do not hold, or cannot be known.

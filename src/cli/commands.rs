@@ -361,12 +361,12 @@ fn tell(planned: &Planned, folder: &Path, files: &[(String, Vec<u8>)]) {
     } else {
         let predicted = &result.predicted;
         say(&format!(
-            "  predicted  RMS {:.1} -> {:.1} nm, PV {:.0} -> {:.0} nm, {:.0} nm removed in the mean",
-            predicted.rms_before_nm,
-            predicted.rms_nm,
-            predicted.pv_before_nm,
-            predicted.pv_nm,
-            predicted.removal_mean_nm
+            "  predicted  RMS {} -> {} nm, PV {} -> {} nm, {} nm removed in the mean",
+            short(predicted.rms_before_nm),
+            short(predicted.rms_nm),
+            short(predicted.pv_before_nm),
+            short(predicted.pv_nm),
+            short(predicted.removal_mean_nm)
         ));
     }
     if let Some(motion) = &result.motion {
@@ -390,6 +390,19 @@ fn tell(planned: &Planned, folder: &Path, files: &[(String, Vec<u8>)]) {
     if !result.programs.is_empty() {
         say(&format!("  unchecked  {}; {}", result.unchecked.join(", "), result.note));
     }
+}
+
+/// A figure with about three digits, so that a small one is not told as 0.0.
+fn short(value: f64) -> String {
+    let size = value.abs();
+    let decimals = if size >= 100.0 {
+        0
+    } else if size >= 1.0 {
+        1
+    } else {
+        3
+    };
+    format!("{value:.decimals$}")
 }
 
 fn hours(seconds: f64) -> String {
