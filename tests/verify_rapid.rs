@@ -369,6 +369,74 @@ fn hand_edits() -> Vec<Edit> {
             "E1002",
             &["Flat340_003.mod"],
         ),
+        (
+            "digest compared with itself",
+            {
+                let text = text(p, 2);
+                let digest = text.split("_digest<>").nth(1).expect("a digest")[..34].to_string();
+                with_text(p, 2, text.replacen(&digest, "Flat340_digest", 1))
+            },
+            "E1009",
+            &["Flat340_002.mod", "Flat340_digest<>Flat340_digest"],
+        ),
+        (
+            "digest compared with a constant of the main module",
+            {
+                let text = text(p, 2);
+                let digest = text.split("_digest<>").nth(1).expect("a digest")[..34].to_string();
+                let edited = with_text(p, 2, text.replacen(&digest, "dd", 1));
+                replaced(&edited, 0, "    CONST string", &format!("    CONST string dd:={digest};\r\n    CONST string"))
+            },
+            "E1009",
+            &["Flat340_002.mod", "Flat340_digest<>dd"],
+        ),
+        ("digest that can change", replaced(p, 0, "CONST string", "PERS string"), "E1001", &["`CONST`", "_digest"]),
+        (
+            "home that can change",
+            replaced(p, 0, "CONST jointtarget", "PERS jointtarget"),
+            "E1001",
+            &["_home", "`CONST`"],
+        ),
+        ("home as a variable", replaced(p, 0, "CONST jointtarget", "VAR jointtarget"), "E1001", &["_home", "`CONST`"]),
+        ("flag that cannot change", replaced(p, 0, "VAR bool", "CONST bool"), "E1001", &["_late", "`VAR`"]),
+        ("flag that is kept", replaced(p, 0, "VAR bool", "PERS bool"), "E1001", &["_late", "`VAR`"]),
+        (
+            "a persistent in a routine",
+            replaced(p, 2, "PROC Flat340_run_002()", "PROC Flat340_run_002()\r\n    PERS num n:=1;"),
+            "E1001",
+            &["`n`", "`CONST`"],
+        ),
+        (
+            "data called as a function of the controller",
+            replaced(p, 0, "    VAR bool", "    CONST num CJointT:=1;\r\n    VAR bool"),
+            "E1001",
+            &["`CJointT`", "controller declares"],
+        ),
+        (
+            "data called as a routine",
+            replaced(p, 0, "    VAR bool", "    CONST num Flat340_near:=1;\r\n    VAR bool"),
+            "E1001",
+            &["`Flat340_near` hides"],
+        ),
+        (
+            "data called as a routine of a module",
+            replaced(p, 0, "    VAR bool", "    CONST num Flat340_run_002:=1;\r\n    VAR bool"),
+            "E1001",
+            &["`Flat340_run_002` is one of the names"],
+        ),
+        (
+            "data called as a signal",
+            replaced(p, 0, "PROC main()", "PROC main()\r\n        VAR num doSpindle:=1;"),
+            "E1001",
+            &["`doSpindle` hides a signal"],
+        ),
+        (
+            "code behind a lone CR",
+            with_line(p, 2, line, |l| format!("! nothing\rMoveL pAway,v100,fine,tWheel;\r\n{l}")),
+            "E1000",
+            &["carriage return"],
+        ),
+        ("CR CR LF", replaced(p, 2, "ENDPROC\r\n", "ENDPROC\r\r\n"), "E1000", &["carriage return"]),
         ("text after the end", with_text(p, 2, text(p, 2) + "MODULE x ENDMODULE"), "E1000", &["ENDMODULE"]),
         ("not ASCII in a comment", replaced(p, 2, "! run", "! l\u{e4}uft"), "E1000", &["plain ASCII"]),
     ]
@@ -426,6 +494,47 @@ fn frames_on_the_controller_are_compared_as_the_job_says() {
             "E1010",
             "`wPart` is declared here",
         ),
+        (
+            "tool hidden by a local",
+            replaced(
+                p,
+                0,
+                "        VAR bool differs",
+                "        VAR tooldata tWheel:=[TRUE,[[200.34,-1.12,312.6],[1,0,0,0]],[42,[5,0,210],[1,0,0,0],0,0,0]];\r\n        VAR bool differs",
+            ),
+            "E1001",
+            "`tWheel` hides",
+        ),
+        (
+            "object hidden by a local",
+            replaced(
+                p,
+                0,
+                "        VAR bool differs",
+                "        VAR wobjdata WPART:=[FALSE,TRUE,\"\",[[0,0,0],[1,0,0,0]],[[0,0,0],[1,0,0,0]]];\r\n        VAR bool differs",
+            ),
+            "E1001",
+            "`WPART` hides",
+        ),
+        (
+            "routine hidden by a local",
+            replaced(
+                p,
+                0,
+                "        VAR bool differs",
+                "        VAR num Flat340_same_pose:=1;\r\n        VAR bool differs",
+            ),
+            "E1001",
+            "`Flat340_same_pose` hides",
+        ),
+        (
+            "function hidden by a local",
+            replaced(p, 0, "        VAR bool differs", "        VAR num abs:=1;\r\n        VAR bool differs"),
+            "E1001",
+            "`abs` cannot be declared",
+        ),
+        ("a frame that can change", replaced(p, 0, "CONST pose", "PERS pose"), "E1001", "must be `CONST`"),
+        ("flag that cannot change", replaced(p, 0, "VAR bool differs", "CONST bool differs"), "E1003", "must be `VAR`"),
         ("flag", replaced(p, 0, "differs:=FALSE", "differs:=TRUE"), "E1003", "must begin as `FALSE`"),
     ] {
         let found = check(&built, &edited);

@@ -11,7 +11,7 @@ mod names;
 mod writing;
 
 pub use digest::digest;
-pub use names::Names;
+pub use names::{Names, not_a_name};
 
 use crate::diagnostics::Problem;
 use crate::diagnostics::codes::{E0903, E0904, E0906};

@@ -232,8 +232,8 @@ impl Names {
     }
 }
 
-/// Why `name` is no RAPID name, or `None` if it is one.
-fn not_a_name(name: &str, most: usize) -> Option<String> {
+/// Why `name` is no RAPID name of at most `most` characters, or `None` if it is one.
+pub fn not_a_name(name: &str, most: usize) -> Option<String> {
     let lower = name.to_ascii_lowercase();
     let mut characters = name.chars();
     if !characters.next().is_some_and(|c| c.is_ascii_alphabetic()) {

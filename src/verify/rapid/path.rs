@@ -4,7 +4,8 @@
 //! the controller would run them under `ConfL\Off`: from the planned joints of each run's start, to the nearest solution
 //! at every target, with numbers in single precision.
 
-use super::main_module::{Frames, check_data};
+use super::declarations::{self, Place};
+use super::main_module::Frames;
 use super::moves::{self, Difference, Resolved, ResolvedGoal, resolve};
 use super::statements::{Around, Step, compare};
 use super::syntax::{Data, Module, Robtarget, Statement, What};
@@ -181,13 +182,17 @@ impl Chunk<'_> {
         }
         let levels: Vec<&[Data]> = std::iter::once(routine.data.as_slice()).chain(data.iter().copied()).collect();
         let scope = Scope { levels: &levels };
-        check_data(self.file, &self.module.data, scope, findings);
-        check_data(self.file, &routine.data, scope, findings);
-        self.hidden_names(&routine.data, findings);
+        let (module, start) = (self.module, names.own(&format!("from_{:03}", self.index + 1)));
+        for place in [Place::Chunk { module, start: &start }, Place::ChunkRoutine { module, routine, start: &start }] {
+            declarations::check(self.wanted, self.file, place, self.main, scope, findings);
+        }
 
         let is_move = |statement: &&Statement| matches!(statement.what, What::Move(_));
         let others: Vec<Statement> = routine.body.iter().filter(|s| !is_move(s)).cloned().collect();
-        self.before_the_path(scope, routine.line, &routine.body, &others, findings);
+        // Only what the module itself declares: data of the main module are those of another build where it matters.
+        let own_levels: [&[Data]; 2] = [&routine.data, &self.module.data];
+        let own = Scope { levels: &own_levels };
+        self.before_the_path(own, routine.line, &routine.body, &others, findings);
 
         let mut resolved: Vec<Resolved> = Vec::with_capacity(self.module.moves.len());
         for statement in &routine.body {
@@ -203,22 +208,6 @@ impl Chunk<'_> {
         }
         let planned = self.planned(runs);
         self.moves(scope, &planned, &resolved, findings);
-    }
-
-    /// Data of a chunk must not hide names that the program uses.
-    fn hidden_names(&self, local: &[Data], findings: &mut Findings) {
-        let names = &self.wanted.names;
-        for data in self.module.data.iter().chain(local) {
-            let same = |name: &str| name.eq_ignore_ascii_case(&data.name);
-            let used = same(&names.tool)
-                || same(&names.object)
-                || self.main.data.iter().any(|other| same(&other.name))
-                || self.main.routines.iter().any(|other| same(&other.name));
-            if used {
-                let what = format!("`{}` hides a name that the main module uses", data.name);
-                findings.add(|| at(self.file, data.line, E1001, "target", what));
-            }
-        }
     }
 
     /// What is no move: the comparison of the digest, before everything else.
