@@ -81,7 +81,7 @@ pub fn emit(name: &str, motion: &Checked<Motion>, job: &Job) -> Result<Draft<Pro
     for index in 0..setup.chunks.len() {
         // Each run's text is freed once it stands in its module, so that a large program is not held twice.
         let parts = runs.by_ref().take(setup.chunks[index].runs.len());
-        files.push(chunk::module(&setup, index, parts));
+        files.push(chunk::module(&setup, index, parts).map_err(|problem| vec![problem])?);
     }
     Ok(Draft(Program { files }))
 }

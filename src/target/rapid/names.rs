@@ -161,6 +161,11 @@ impl Names {
         self.own(&format!("run_{:03}", index + 1))
     }
 
+    /// The joints where the `index`th chunk begins.
+    pub fn chunk_start(&self, index: usize) -> String {
+        self.own(&format!("from_{:03}", index + 1))
+    }
+
     /// The file that holds `module`.
     pub fn file(&self, module: &str) -> String {
         format!("{module}.mod")

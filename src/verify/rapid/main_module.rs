@@ -13,7 +13,7 @@ use super::{Findings, Wanted, at};
 use crate::diagnostics::codes::{E1002, E1003, E1007, E1009, E1010, E1011, E1012};
 use crate::diagnostics::{Code, Problem};
 use crate::job;
-use crate::motion::{Purpose, Transform};
+use crate::motion::Transform;
 use nalgebra::{Quaternion, Translation3, UnitQuaternion};
 
 /// The frames that the text works with, in metres, from its numbers in single precision.
@@ -64,11 +64,7 @@ impl Checker<'_> {
             }),
             _ => {}
         }
-        let signals = match &self.wanted.cell.process {
-            job::Process::signals(signals) if self.wanted.motion.purpose == Purpose::Polish => signals.inputs.len(),
-            _ => 0,
-        };
-        if signals > 0
+        if self.wanted.waits_for_inputs()
             && let Some((line, found, _)) =
                 self.value(&self.own("late"), "bool", shape::BOOL, E1012, "robot.cell.process", findings)
             && found != [0.0]
@@ -82,7 +78,9 @@ impl Checker<'_> {
             let joints = pose.iter().map(|angle| angle.0).collect();
             (self.own(&format!("safe_{}", i + 1)), "robot.cell.safe_poses", joints)
         });
-        for (name, field, joints) in std::iter::once((self.own("home"), "robot.cell.home", home)).chain(safe) {
+        let end = self.wanted.motion.runs.last().map(|run| (self.own("end"), "path", run.retract_joints.to_vec()));
+        for (name, field, joints) in std::iter::once((self.own("home"), "robot.cell.home", home)).chain(safe).chain(end)
+        {
             let Some((line, found, _)) = self.value(&name, "jointtarget", shape::JOINTTARGET, E1003, field, findings)
             else {
                 continue;
