@@ -70,7 +70,7 @@ fn refusals() {
         (
             "a small main module",
             &[
-                ("/target/rapid/controller/module_bytes", json!(5000)),
+                ("/target/rapid/controller/module_bytes", json!(8000)),
                 ("/robot/cell/safe_poses", json!(vec![[0.0; 6]; 40])),
             ],
         ),
@@ -110,6 +110,37 @@ fn words_of_the_job_cannot_become_code() {
     let text = text(&build(&changes, 1, 3, Purpose::Polish).expect("a program"));
     assert!(text.contains("    ! +x of the part: a\\u{d}\\u{a}EXIT; \\u{e9}\\u{0}\n"));
     assert!(text.is_ascii() && !text.contains("\nEXIT") && text.contains("relay\\u{a}K3"));
+}
+
+/// What the operator is shown fits the screen, whatever the job says.
+#[test]
+fn the_operator_is_shown_part_and_wheel() {
+    let part = format!("\"K\u{e4}rcher\\\r\n{}", "y".repeat(100));
+    let changes = [
+        ("/workpiece/part", json!(part)),
+        ("/tool/mrf_wheel/rotation", json!("reverse")),
+        ("/robot/cell/process", json!({"manual": {"interlock": "relay K3"}})),
+    ];
+    let text = text(&build(&changes, 1, 3, Purpose::Polish).expect("a program"));
+    let on = text.split("PROC Flat340_process_on()\n").nth(1).expect("the routine");
+    let shown: Vec<&str> = on.split("Stop;").next().expect("a stop").lines().map(str::trim).collect();
+    // 5 characters of `part `, 11 of the name, three of which a RAPID string cannot hold as they are, two line ends.
+    let first = format!("TPWrite \"part ?K?rcher???{}\";", "y".repeat(24));
+    assert_eq!(shown[0], first);
+    assert_eq!(shown[1], format!("TPWrite \"{}\";", "y".repeat(40)));
+    assert_eq!(shown[2], format!("TPWrite \"{}\";", "y".repeat(36)));
+    assert_eq!(shown[3..5], ["TPWrite \"wheel reverse: fluid along -x of tool\";", "TPWrite \"wheel at 60.000 rpm\";"]);
+}
+
+#[test]
+fn the_process_is_asked_for_before_every_module_and_the_speed_only_to_polish() {
+    let changes = [("/target/rapid/controller/module_points", json!(6))];
+    let polish = text(&build(&changes, 3, 3, Purpose::Polish).expect("a program"));
+    let (loads, waits) =
+        (polish.matches("Load\\Dynamic").count(), polish.matches("Flat340_wait_inputs;\n        TPWrite"));
+    assert_eq!((loads, waits.count()), (2, 2));
+    let dry = text(&build(&changes, 3, 3, Purpose::DryRun).expect("a program"));
+    assert!(!dry.contains("CSpeedOverride") && !dry.contains("_wait_inputs") && dry.contains("_end)"));
 }
 
 #[test]

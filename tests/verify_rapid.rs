@@ -75,6 +75,11 @@ fn move_line(program: &Program, file: usize, n: usize) -> usize {
     moves.nth(n).expect("so many moves").0 + 1
 }
 
+/// The line, from 1, of the first line of a file that holds `words`.
+fn line_of(program: &Program, file: usize, words: &str) -> usize {
+    text(program, file).split("\r\n").position(|line| line.contains(words)).expect("the words") + 1
+}
+
 /// A move taken apart: its numbers in the order of the text (x y z, q1 to q4, confdata, 9E9 six times, speeds).
 fn edit_number(line: &str, index: usize, edit: impl Fn(f64) -> String) -> String {
     let mut out = String::new();
@@ -228,7 +233,7 @@ fn hand_edits() -> Vec<Edit> {
                 let text = text(p, 2);
                 let mut lines: Vec<&str> = text.split("\r\n").collect();
                 let first = lines.remove(line - 1);
-                lines.insert(3, first);
+                lines.insert(4, first);
                 with_text(p, 2, lines.join("\r\n"))
             },
             "E1003",
@@ -294,7 +299,7 @@ fn hand_edits() -> Vec<Edit> {
         ("input not awaited", replaced(p, 0, "MaxTime:=10", "MaxTime:=1000"), "E1012", &["diSpindleOk"]),
         (
             "process never off",
-            replaced(p, 0, "Flat340_process_off;\r\n        MoveAbsJ", "MoveAbsJ"),
+            replaced(p, 0, "Flat340_process_off;\r\n        ! Only", "! Only"),
             "E1012",
             &["`Flat340_process_off` is missing"],
         ),
@@ -369,6 +374,154 @@ fn hand_edits() -> Vec<Edit> {
             "E1002",
             &["Flat340_003.mod"],
         ),
+        (
+            "digest compared with itself",
+            {
+                let text = text(p, 2);
+                let digest = text.split("_digest<>").nth(1).expect("a digest")[..34].to_string();
+                with_text(p, 2, text.replacen(&digest, "Flat340_digest", 1))
+            },
+            "E1009",
+            &["Flat340_002.mod", "Flat340_digest<>Flat340_digest"],
+        ),
+        (
+            "digest compared with a constant of the main module",
+            {
+                let text = text(p, 2);
+                let digest = text.split("_digest<>").nth(1).expect("a digest")[..34].to_string();
+                let edited = with_text(p, 2, text.replacen(&digest, "dd", 1));
+                replaced(&edited, 0, "    CONST string", &format!("    CONST string dd:={digest};\r\n    CONST string"))
+            },
+            "E1009",
+            &["Flat340_002.mod", "Flat340_digest<>dd"],
+        ),
+        ("digest that can change", replaced(p, 0, "CONST string", "PERS string"), "E1001", &["`CONST`", "_digest"]),
+        (
+            "home that can change",
+            replaced(p, 0, "CONST jointtarget", "PERS jointtarget"),
+            "E1001",
+            &["_home", "`CONST`"],
+        ),
+        ("home as a variable", replaced(p, 0, "CONST jointtarget", "VAR jointtarget"), "E1001", &["_home", "`CONST`"]),
+        ("flag that cannot change", replaced(p, 0, "VAR bool", "CONST bool"), "E1001", &["_late", "`VAR`"]),
+        ("flag that is kept", replaced(p, 0, "VAR bool", "PERS bool"), "E1001", &["_late", "`VAR`"]),
+        (
+            "a persistent in a routine",
+            replaced(p, 2, "PROC Flat340_run_002()", "PROC Flat340_run_002()\r\n    PERS num n:=1;"),
+            "E1001",
+            &["`n`", "`CONST`"],
+        ),
+        (
+            "data called as a function of the controller",
+            replaced(p, 0, "    VAR bool", "    CONST num CJointT:=1;\r\n    VAR bool"),
+            "E1001",
+            &["`CJointT`", "controller declares"],
+        ),
+        (
+            "data called as a routine",
+            replaced(p, 0, "    VAR bool", "    CONST num Flat340_near:=1;\r\n    VAR bool"),
+            "E1001",
+            &["`Flat340_near` hides"],
+        ),
+        (
+            "data called as a routine of a module",
+            replaced(p, 0, "    VAR bool", "    CONST num Flat340_run_002:=1;\r\n    VAR bool"),
+            "E1001",
+            &["`Flat340_run_002` is one of the names"],
+        ),
+        (
+            "data called as a signal",
+            replaced(p, 0, "PROC main()", "PROC main()\r\n        VAR num doSpindle:=1;"),
+            "E1001",
+            &["`doSpindle` hides a signal"],
+        ),
+        (
+            "code behind a lone CR",
+            with_line(p, 2, line, |l| format!("! nothing\rMoveL pAway,v100,fine,tWheel;\r\n{l}")),
+            "E1000",
+            &["carriage return"],
+        ),
+        ("CR CR LF", replaced(p, 2, "ENDPROC\r\n", "ENDPROC\r\r\n"), "E1000", &["carriage return"]),
+        (
+            "not asked where the path ended",
+            replaced(p, 0, "IF NOT Flat340_near(CJointT(),Flat340_end)", "IF FALSE"),
+            "E1003",
+            &["Flat340.mod", "`FALSE` stands where", "Flat340_end"],
+        ),
+        (
+            "the end of the path elsewhere",
+            with_line(p, 0, line_of(p, 0, "jointtarget Flat340_end"), |l| {
+                edit_number(l, 0, |j| format!("{}", j + 9.0))
+            }),
+            "E1003",
+            &["Flat340.mod", "`Flat340_end`: joint 1"],
+        ),
+        (
+            "a module begins anywhere",
+            replaced(p, 2, "IF NOT Flat340_near(CJointT(),Flat340_from_002)", "IF FALSE"),
+            "E1003",
+            &["Flat340_002.mod", "Flat340_from_002"],
+        ),
+        (
+            "a module begins at home in place of where it should",
+            replaced(p, 2, "CJointT(),Flat340_from_002", "CJointT(),Flat340_home"),
+            "E1003",
+            &["Flat340_002.mod", "Flat340_from_002"],
+        ),
+        (
+            "the first module begins anywhere",
+            replaced(p, 1, "CJointT(),Flat340_home", "CJointT(),CJointT()"),
+            "E1003",
+            &["Flat340_001.mod", "Flat340_home"],
+        ),
+        (
+            "where a module begins elsewhere",
+            with_line(p, 2, line_of(p, 2, "jointtarget Flat340_from_002"), |l| {
+                edit_number(l, 0, |j| format!("{}", j + 9.0))
+            }),
+            "E1003",
+            &["Flat340_002.mod", "`Flat340_from_002`: joint 1"],
+        ),
+        (
+            "process left on where a module must not begin",
+            {
+                let text = text(p, 2);
+                let at = text.rfind("            Flat340_process_off;\r\n").expect("the second switching off");
+                let rest = &text[at..];
+                with_text(
+                    p,
+                    2,
+                    format!("{}{}", &text[..at], rest.replacen("            Flat340_process_off;\r\n", "", 1)),
+                )
+            },
+            "E1003",
+            &["Flat340_002.mod"],
+        ),
+        (
+            "moves before the place is compared",
+            {
+                let from = move_line(p, 2, 0);
+                let to = line_of(p, 2, "! The way to the first point");
+                let text = text(p, 2);
+                let mut lines: Vec<&str> = text.split("\r\n").collect();
+                let first = lines.remove(from - 1);
+                lines.insert(to - 1, first);
+                with_text(p, 2, lines.join("\r\n"))
+            },
+            "E1003",
+            &["before its place is compared"],
+        ),
+        (
+            "inputs not waited for again",
+            replaced(
+                p,
+                0,
+                "Flat340_wait_inputs;\r\n        TPWrite \"Flat340: module 2",
+                "TPWrite \"Flat340: module 2",
+            ),
+            "E1012",
+            &["`Flat340_wait_inputs` is missing"],
+        ),
         ("text after the end", with_text(p, 2, text(p, 2) + "MODULE x ENDMODULE"), "E1000", &["ENDMODULE"]),
         ("not ASCII in a comment", replaced(p, 2, "! run", "! l\u{e4}uft"), "E1000", &["plain ASCII"]),
     ]
@@ -426,12 +579,83 @@ fn frames_on_the_controller_are_compared_as_the_job_says() {
             "E1010",
             "`wPart` is declared here",
         ),
+        (
+            "tool hidden by a local",
+            replaced(
+                p,
+                0,
+                "        VAR bool differs",
+                "        VAR tooldata tWheel:=[TRUE,[[200.34,-1.12,312.6],[1,0,0,0]],[42,[5,0,210],[1,0,0,0],0,0,0]];\r\n        VAR bool differs",
+            ),
+            "E1001",
+            "`tWheel` hides",
+        ),
+        (
+            "object hidden by a local",
+            replaced(
+                p,
+                0,
+                "        VAR bool differs",
+                "        VAR wobjdata WPART:=[FALSE,TRUE,\"\",[[0,0,0],[1,0,0,0]],[[0,0,0],[1,0,0,0]]];\r\n        VAR bool differs",
+            ),
+            "E1001",
+            "`WPART` hides",
+        ),
+        (
+            "routine hidden by a local",
+            replaced(
+                p,
+                0,
+                "        VAR bool differs",
+                "        VAR num Flat340_same_pose:=1;\r\n        VAR bool differs",
+            ),
+            "E1001",
+            "`Flat340_same_pose` hides",
+        ),
+        (
+            "function hidden by a local",
+            replaced(p, 0, "        VAR bool differs", "        VAR num abs:=1;\r\n        VAR bool differs"),
+            "E1001",
+            "`abs` cannot be declared",
+        ),
+        ("a frame that can change", replaced(p, 0, "CONST pose", "PERS pose"), "E1001", "must be `CONST`"),
+        ("flag that cannot change", replaced(p, 0, "VAR bool differs", "CONST bool differs"), "E1003", "must be `VAR`"),
         ("flag", replaced(p, 0, "differs:=FALSE", "differs:=TRUE"), "E1003", "must begin as `FALSE`"),
     ] {
         let found = check(&built, &edited);
         let named = found.iter().any(|p| p.code.as_str() == code && p.message.contains(word));
         assert!(named, "{name}: {found:?}");
     }
+}
+
+/// The operator acts on what the screen shows, so that is proved like the moves.
+#[test]
+fn what_the_operator_is_shown_is_compared() {
+    let manual = json!({"manual": {"interlock": "relay K3"}});
+    let built = build(&[("/robot/cell/process", manual)], 2, 5, Purpose::Polish);
+    verifies(&built);
+    let p = &built.program;
+    for (name, edited, word) in [
+        ("part", replaced(p, 0, "\"part FS340-07\"", "\"part FS340-08\""), "part FS340-07"),
+        ("rotation", replaced(p, 0, "\"wheel forward: ", "\"wheel reverse: "), "wheel forward"),
+        ("speed", replaced(p, 0, "wheel at 60.000 rpm", "wheel at 90.000 rpm"), "60.000 rpm"),
+        ("not shown", replaced(p, 0, "TPWrite \"wheel at 60.000 rpm\";", ""), "60.000 rpm"),
+    ] {
+        let found = check(&built, &edited);
+        let named = found.iter().any(|p| p.code.as_str() == "E1012" && p.message.contains(word));
+        assert!(named, "{name}: {found:?}");
+    }
+}
+
+/// A dry run is first tried slowly; a wait for the full speed put in by hand is a statement too many.
+#[test]
+fn a_dry_run_may_run_slowly() {
+    let dry = build(&[], 2, 5, Purpose::DryRun);
+    verifies(&dry);
+    let waits = replaced(&dry.program, 0, "VelSet 100,5000;", "VelSet 100,5000;\r\n        Flat340_full_speed;");
+    assert!(check(&dry, &waits).iter().any(|p| p.code.as_str() == "E1003" && p.message.contains("full_speed")));
+    let unseen = replaced(&dry.program, 1, "IF NOT Flat340_dry_near", "IF Flat340_dry_near");
+    assert!(check(&dry, &unseen).iter().any(|p| p.code.as_str() == "E1003" && p.message.contains("_dry_near")));
 }
 
 #[test]

@@ -15,8 +15,9 @@ use crate::motion::{ToolPose, Travel};
 use crate::target::ProgramFile;
 use crate::target::number::{push_fixed, push_scaled, scaled};
 
-/// Bytes that a module has around its runs, as an upper bound: ten lines of comments and the comparison of the digest.
-pub const FRAME_BYTES: usize = 16 * LINE_LENGTH;
+/// Bytes that a module has around its runs, as an upper bound: comments and the checks before the first move, some of
+/// which grow with the names.
+pub const FRAME_BYTES: usize = 24 * LINE_LENGTH;
 
 /// Characters that a move of one line has at most beside the names of tool and work object.
 pub const MOVE_LENGTH: usize = 182;
@@ -171,8 +172,9 @@ fn point_problem(setup: &Setup, i: usize) -> Problem {
         .help("raise the lower end of `dwell.feed`, or `speed_decimals` of the controller")
 }
 
-/// The module of one chunk, from the texts of its runs.
-pub fn module(setup: &Setup, index: usize, runs: impl Iterator<Item = Vec<u8>>) -> ProgramFile {
+/// The module of one chunk, from the texts of its runs. It moves only in its own build, and only from where the plan has
+/// the robot: after a stop it may stand anywhere.
+pub fn module(setup: &Setup, index: usize, runs: impl Iterator<Item = Vec<u8>>) -> Result<ProgramFile, Problem> {
     let names = &setup.names;
     let chunk = &setup.chunks[index];
     let module = names.chunk_module(index);
@@ -191,10 +193,32 @@ pub fn module(setup: &Setup, index: usize, runs: impl Iterator<Item = Vec<u8>>) 
             names.module
         ),
     );
+    // The first module begins at home, every other where the run before it ended.
+    let before = chunk.runs.start.checked_sub(1).and_then(|run| setup.motion.runs.get(run));
+    let start = match before {
+        None => names.own("home"),
+        Some(run) => {
+            let name = names.chunk_start(index);
+            let mut joints = Vec::new();
+            push_jointtarget(&mut joints, run.retract_joints, setup.decimals).ok_or_else(|| {
+                Problem::error(E0904, "path", format!("a joint where `{module}` begins cannot be written"))
+            })?;
+            text.line(1, &format!("CONST jointtarget {name}:={};", String::from_utf8_lossy(&joints)));
+            name
+        }
+    };
     text.line(1, &format!("PROC {}()", names.chunk_routine(index)));
     text.comment(2, "A module of another build never moves the robot.");
     text.line(2, &format!("IF {}<>\"{}\" THEN", names.own("digest"), setup.digest));
     text.line(3, &format!("TPWrite \"{module} belongs to another build\";"));
+    if setup.switches_process() {
+        text.line(3, &format!("{};", names.own("process_off")));
+    }
+    text.line(3, "EXIT;");
+    text.line(2, "ENDIF");
+    text.comment(2, "The way to the first point is checked from here only.");
+    text.line(2, &format!("IF NOT {}(CJointT(),{start}) THEN", names.own("near")));
+    text.line(3, &format!("TPWrite \"{module}: not where it begins\";"));
     if setup.switches_process() {
         text.line(3, &format!("{};", names.own("process_off")));
     }
@@ -205,5 +229,5 @@ pub fn module(setup: &Setup, index: usize, runs: impl Iterator<Item = Vec<u8>>) 
     }
     text.line(1, "ENDPROC");
     text.line(0, "ENDMODULE");
-    ProgramFile { name: names.file(&module), points: chunk.points.len(), bytes: text.bytes }
+    Ok(ProgramFile { name: names.file(&module), points: chunk.points.len(), bytes: text.bytes })
 }

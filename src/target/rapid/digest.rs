@@ -18,7 +18,7 @@ pub fn digest(motion: &Motion, job: &Job) -> String {
     let decimals = Decimals::of(job);
     let runs: Vec<blake3::Hash> = (0..motion.runs.len()).into_par_iter().map(|r| run(motion, r, decimals)).collect();
     let mut hasher = blake3::Hasher::new();
-    hasher.update(b"polishc rapid 1");
+    hasher.update(b"polishc rapid 2");
     hasher.update(match motion.purpose {
         Purpose::Polish => b"polish",
         Purpose::DryRun => b"dryrun",

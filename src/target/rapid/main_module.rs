@@ -1,7 +1,7 @@
 //! The main module: data, the checks before anything moves, process switching, the loader.
 //!
-//! In: the setup with its chunks. Out: bytes. Nothing moves before the start pose, the frames and the override were
-//! checked. There is no error handler that moves: after a protective stop an operator decides, and wheel and pump fall
+//! In: the setup with its chunks. Out: bytes. Nothing moves before the start pose and the frames were checked, nor at
+//! another override than 100 % where it polishes, nor after a stop before the place was checked again. There is no error handler that moves: after a protective stop an operator decides, and wheel and pump fall
 //! by the interlock that the cell names.
 
 use super::Setup;
@@ -47,6 +47,11 @@ impl Setup<'_> {
     /// A dry run leaves wheel and pump alone.
     pub(super) fn switches_process(&self) -> bool {
         self.motion.purpose == Purpose::Polish
+    }
+
+    /// Whether the process says by inputs that it runs.
+    fn waits_for_inputs(&self) -> bool {
+        self.switches_process() && matches!(&self.cell.process, Process::signals(s) if !s.inputs.is_empty())
     }
 }
 
@@ -118,7 +123,9 @@ fn body(setup: &Setup, text: &mut Text) -> Result<(), &'static str> {
     data(setup, text)?;
     main(setup, text)?;
     near(setup, text)?;
-    full_speed(setup, text);
+    if setup.switches_process() {
+        full_speed(setup, text);
+    }
     if setup.rapid.frames == Frames::on_controller {
         check_frames(setup, text)?;
     }
@@ -190,7 +197,11 @@ fn data(setup: &Setup, text: &mut Text) -> Result<(), &'static str> {
         let angles: [f64; 6] = angles.try_into().map_err(|_| "a safe pose without six joints")?;
         joints(&format!("safe_{}", i + 1), angles).ok_or("a joint of a safe pose")?;
     }
-    if setup.switches_process() && matches!(&setup.cell.process, Process::signals(s) if !s.inputs.is_empty()) {
+    // Where the path ends: from there only the way home is checked.
+    if let Some(last) = setup.motion.runs.last() {
+        joints("end", last.retract_joints).ok_or("a joint of the last retract point")?;
+    }
+    if setup.waits_for_inputs() {
         text.line(1, &format!("VAR bool {}:=FALSE;", names.own("late")));
     }
     Ok(())
@@ -228,7 +239,9 @@ fn main(setup: &Setup, text: &mut Text) -> Result<(), &'static str> {
     text.line(2, "ConfJ\\On;");
     text.line(2, "PDispOff;");
     text.line(2, "VelSet 100,5000;");
-    text.line(2, &format!("{};", names.own("full_speed")));
+    if setup.switches_process() {
+        text.line(2, &format!("{};", names.own("full_speed")));
+    }
     // From the farthest start that the check above lets pass.
     let start = setup.joint_move_time(|j| {
         let far = |pose: &Vec<_>| pose.get(j).map_or(0.0, |v: &crate::units::si::Angle| (v.0 - motion.home[j]).abs());
@@ -247,7 +260,12 @@ fn main(setup: &Setup, text: &mut Text) -> Result<(), &'static str> {
     }
     for index in 0..setup.chunks.len() {
         let module = names.chunk_module(index);
-        text.line(2, &format!("{};", names.own("full_speed")));
+        if setup.switches_process() {
+            text.line(2, &format!("{};", names.own("full_speed")));
+        }
+        if setup.waits_for_inputs() {
+            text.line(2, &format!("{};", names.own("wait_inputs")));
+        }
         text.line(2, &format!("TPWrite \"{m}: module {} of {}\";", index + 1, setup.chunks.len()));
         text.line(2, &format!("Load\\Dynamic,\"{}\";", names.path(&module)));
         text.line(2, &format!("%\"{}\"%;", names.chunk_routine(index)));
@@ -257,6 +275,11 @@ fn main(setup: &Setup, text: &mut Text) -> Result<(), &'static str> {
         text.line(2, &format!("{};", names.own("process_off")));
     }
     if let Some(last) = motion.runs.last() {
+        text.comment(2, "Only from where the path ended: nobody may have moved the robot meanwhile.");
+        text.line(2, &format!("IF NOT {}(CJointT(),{}) THEN", names.own("near"), names.own("end")));
+        text.line(3, &format!("TPWrite \"{m}: not where the path ended\";"));
+        text.line(3, "EXIT;");
+        text.line(2, "ENDIF");
         text.line(2, &home(setup.joint_move_time(|j| last.retract_joints[j] - motion.home[j]))?);
     }
     text.line(2, &format!("TPWrite \"{m}: done\";"));
@@ -279,7 +302,11 @@ fn near(setup: &Setup, text: &mut Text) -> Result<(), &'static str> {
 
 fn full_speed(setup: &Setup, text: &mut Text) {
     text.line(0, "");
-    text.comment(1, "Dwell scales with the speed override: nothing runs at less than 100 %.");
+    text.comment(
+        1,
+        "Dwell scales with the speed override: no module begins at less than 100 %. Inside a module nothing",
+    );
+    text.comment(1, "watches it: leave it alone until the program is done.");
     text.line(1, &format!("PROC {}()", setup.names.own("full_speed")));
     text.line(2, "WHILE CSpeedOverride()<>100 DO");
     text.line(3, &format!("TPWrite \"{}: set the speed override to 100\";", setup.names.module));
@@ -363,6 +390,24 @@ fn check_frames(setup: &Setup, text: &mut Text) -> Result<(), &'static str> {
     Ok(())
 }
 
+/// Characters of a line that the operator's screen surely shows.
+const SCREEN_LENGTH: usize = 40;
+
+/// What the operator compares before switching the process on: the part, and how the wheel must turn. Each line is fit
+/// for a RAPID string; what is not plain ASCII, or would end the string, is shown as a question mark.
+fn operator_facts(setup: &Setup) -> Vec<String> {
+    let Tool::mrf_wheel(wheel) = &setup.job.tool;
+    let plain = |c: char| if matches!(c, ' '..='~') && c != '"' && c != '\\' { c } else { '?' };
+    let part: Vec<char> = format!("part {}", setup.job.workpiece.part).chars().map(plain).collect();
+    let mut facts: Vec<String> = part.chunks(SCREEN_LENGTH).map(|line| line.iter().collect()).collect();
+    facts.push(match wheel.rotation {
+        WheelRotation::forward => "wheel forward: fluid along +x of tool".into(),
+        WheelRotation::reverse => "wheel reverse: fluid along -x of tool".into(),
+    });
+    facts.push(format!("wheel at {:.3} rpm", wheel.speed.0 * 30.0 / std::f64::consts::PI));
+    facts
+}
+
 /// The routines that switch the process on and off.
 fn process(setup: &Setup, text: &mut Text) -> Result<(), &'static str> {
     let names = &setup.names;
@@ -373,6 +418,9 @@ fn process(setup: &Setup, text: &mut Text) -> Result<(), &'static str> {
     text.line(1, &format!("PROC {}()", names.own("process_on")));
     match &setup.cell.process {
         Process::manual(_) => {
+            for fact in operator_facts(setup) {
+                text.line(2, &format!("TPWrite \"{fact}\";"));
+            }
             text.line(2, &format!("TPWrite \"{m}: switch wheel and fluid on,\";"));
             text.line(2, "TPWrite \"wait until they run steadily, press start\";");
             text.line(2, "Stop;");
@@ -391,20 +439,31 @@ fn process(setup: &Setup, text: &mut Text) -> Result<(), &'static str> {
                     &format!("WaitTime {};", single(output.settle.0).ok_or("the time that an output settles")?),
                 );
             }
-            for input in &signals.inputs {
-                let active = i32::from(input.active == Level::high);
-                let most = single(input.wait_at_most.0).ok_or("the time that an input is waited for")?;
-                let late = names.own("late");
-                text.line(2, &format!("WaitDI {},{active}\\MaxTime:={most}\\TimeFlag:={late};", input.name));
-                text.line(2, &format!("IF {late} THEN"));
-                text.line(3, &format!("TPWrite \"{} did not come\";", input.name));
-                text.line(3, &format!("{};", names.own("process_off")));
-                text.line(3, "EXIT;");
-                text.line(2, "ENDIF");
+            if setup.waits_for_inputs() {
+                text.line(2, &format!("{};", names.own("wait_inputs")));
             }
         }
     }
     text.line(1, "ENDPROC");
+    if let Process::signals(signals) = &setup.cell.process
+        && setup.waits_for_inputs()
+    {
+        text.line(0, "");
+        text.comment(1, "Called before every module, off the part: the process may have failed meanwhile.");
+        text.line(1, &format!("PROC {}()", names.own("wait_inputs")));
+        for input in &signals.inputs {
+            let active = i32::from(input.active == Level::high);
+            let most = single(input.wait_at_most.0).ok_or("the time that an input is waited for")?;
+            let late = names.own("late");
+            text.line(2, &format!("WaitDI {},{active}\\MaxTime:={most}\\TimeFlag:={late};", input.name));
+            text.line(2, &format!("IF {late} THEN"));
+            text.line(3, &format!("TPWrite \"{} did not come\";", input.name));
+            text.line(3, &format!("{};", names.own("process_off")));
+            text.line(3, "EXIT;");
+            text.line(2, "ENDIF");
+        }
+        text.line(1, "ENDPROC");
+    }
     text.line(0, "");
     text.comment(1, "Called off the part: after the last run, and before every early end.");
     text.line(1, &format!("PROC {}()", names.own("process_off")));

@@ -11,7 +11,7 @@ mod names;
 mod writing;
 
 pub use digest::digest;
-pub use names::Names;
+pub use names::{Names, not_a_name};
 
 use crate::diagnostics::Problem;
 use crate::diagnostics::codes::{E0903, E0904, E0906};
@@ -81,7 +81,7 @@ pub fn emit(name: &str, motion: &Checked<Motion>, job: &Job) -> Result<Draft<Pro
     for index in 0..setup.chunks.len() {
         // Each run's text is freed once it stands in its module, so that a large program is not held twice.
         let parts = runs.by_ref().take(setup.chunks[index].runs.len());
-        files.push(chunk::module(&setup, index, parts));
+        files.push(chunk::module(&setup, index, parts).map_err(|problem| vec![problem])?);
     }
     Ok(Draft(Program { files }))
 }

@@ -161,6 +161,11 @@ impl Names {
         self.own(&format!("run_{:03}", index + 1))
     }
 
+    /// The joints where the `index`th chunk begins.
+    pub fn chunk_start(&self, index: usize) -> String {
+        self.own(&format!("from_{:03}", index + 1))
+    }
+
     /// The file that holds `module`.
     pub fn file(&self, module: &str) -> String {
         format!("{module}.mod")
@@ -232,8 +237,8 @@ impl Names {
     }
 }
 
-/// Why `name` is no RAPID name, or `None` if it is one.
-fn not_a_name(name: &str, most: usize) -> Option<String> {
+/// Why `name` is no RAPID name of at most `most` characters, or `None` if it is one.
+pub fn not_a_name(name: &str, most: usize) -> Option<String> {
     let lower = name.to_ascii_lowercase();
     let mut characters = name.chars();
     if !characters.next().is_some_and(|c| c.is_ascii_alphabetic()) {

@@ -1,7 +1,8 @@
 //! Tokens of RAPID text.
 //!
 //! In: the bytes of a module. Out: tokens one after the other, each with its line. The text must be plain ASCII, also
-//! in comments, because controllers refuse anything else; line ends may be CRLF or LF.
+//! in comments, because controllers refuse anything else; line ends may be CRLF or LF. A
+//! lone CR is refused: some readers end a line, and with it a comment, where others go on.
 
 /// A token. Words and texts are slices of the module.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,7 +57,8 @@ impl<'a> Lexer<'a> {
     pub fn skip(&mut self) -> Result<u8, Fault> {
         loop {
             match self.bytes.get(self.at) {
-                Some(b' ' | b'\t' | b'\r') => self.at += 1,
+                Some(b' ' | b'\t') => self.at += 1,
+                Some(b'\r') => self.carriage_return()?,
                 Some(b'\n') => {
                     self.at += 1;
                     self.line += 1;
@@ -69,11 +71,21 @@ impl<'a> Lexer<'a> {
         }
     }
 
+    /// Takes a CR, which must belong to the end of a line.
+    fn carriage_return(&mut self) -> Result<(), Fault> {
+        if self.byte(1) != b'\n' {
+            return self.fault("a carriage return stands in the text without a line feed behind it");
+        }
+        self.at += 1;
+        Ok(())
+    }
+
     fn comment(&mut self) -> Result<(), Fault> {
         while let Some(byte) = self.bytes.get(self.at) {
             match byte {
                 b'\n' => return Ok(()),
-                b' '..=b'~' | b'\t' | b'\r' => self.at += 1,
+                b'\r' => self.carriage_return()?,
+                b' '..=b'~' | b'\t' => self.at += 1,
                 _ => return self.fault("a character that is not plain ASCII stands in a comment"),
             }
         }
@@ -285,7 +297,19 @@ mod tests {
 
     #[test]
     fn refuses_what_a_controller_refuses() {
-        for text in ["! caf\u{e9}", "\"caf\u{e9}\"", "\u{feff}MODULE", "\"open", "a\0b", "@"] {
+        for text in [
+            "! caf\u{e9}",
+            "\"caf\u{e9}\"",
+            "\u{feff}MODULE",
+            "\"open",
+            "a\0b",
+            "@",
+            "a\rb",
+            "! c\rb",
+            "a\r\r\n",
+            "! c\r\r\n",
+            "a\r",
+        ] {
             assert!(tokens(text).is_err(), "{text}");
         }
     }

@@ -3,16 +3,17 @@
 //! In: the module as read. Out: findings, and the [`Frames`] of tool and work object that the text states, for the
 //! replay of the path. What the routines must say stands in [`super::routines`].
 
+use super::declarations::{self, Place};
 use super::moves;
 use super::routines::{WantedRoutine, wanted_routines};
 use super::statements::{Around, compare, same_number};
 use super::syntax::{Data, DataKind, Expression, Module, Routine};
 use super::values::{Scope, shape};
 use super::{Findings, Wanted, at};
-use crate::diagnostics::codes::{E1001, E1002, E1003, E1007, E1009, E1010, E1011, E1012};
+use crate::diagnostics::codes::{E1002, E1003, E1007, E1009, E1010, E1011, E1012};
 use crate::diagnostics::{Code, Problem};
 use crate::job;
-use crate::motion::{Purpose, Transform};
+use crate::motion::Transform;
 use nalgebra::{Quaternion, Translation3, UnitQuaternion};
 
 /// The frames that the text works with, in metres, from its numbers in single precision.
@@ -55,7 +56,7 @@ impl Checker<'_> {
             let what = format!("the module is called `{found}`, the job asks for `{name}`");
             findings.add(|| at(self.file, 1, E1002, "target.module", what));
         }
-        check_data(self.file, &self.module.data, self.scope(), findings);
+        declarations::check(self.wanted, self.file, Place::Main, self.module, self.scope(), findings);
         match self.value(&self.own("digest"), "string", shape::STRING, E1009, "target", findings) {
             Some((line, _, texts)) if texts.first() != Some(&self.wanted.digest) => findings.add(|| {
                 let what = "the digest is not the one of this job: the program was built from another".to_string();
@@ -63,11 +64,7 @@ impl Checker<'_> {
             }),
             _ => {}
         }
-        let signals = match &self.wanted.cell.process {
-            job::Process::signals(signals) if self.wanted.motion.purpose == Purpose::Polish => signals.inputs.len(),
-            _ => 0,
-        };
-        if signals > 0
+        if self.wanted.waits_for_inputs()
             && let Some((line, found, _)) =
                 self.value(&self.own("late"), "bool", shape::BOOL, E1012, "robot.cell.process", findings)
             && found != [0.0]
@@ -81,7 +78,9 @@ impl Checker<'_> {
             let joints = pose.iter().map(|angle| angle.0).collect();
             (self.own(&format!("safe_{}", i + 1)), "robot.cell.safe_poses", joints)
         });
-        for (name, field, joints) in std::iter::once((self.own("home"), "robot.cell.home", home)).chain(safe) {
+        let end = self.wanted.motion.runs.last().map(|run| (self.own("end"), "path", run.retract_joints.to_vec()));
+        for (name, field, joints) in std::iter::once((self.own("home"), "robot.cell.home", home)).chain(safe).chain(end)
+        {
             let Some((line, found, _)) = self.value(&name, "jointtarget", shape::JOINTTARGET, E1003, field, findings)
             else {
                 continue;
@@ -139,19 +138,6 @@ impl Checker<'_> {
 
     fn declared_frames(&self, planned: &Frames, findings: &mut Findings) -> Option<Frames> {
         let (tool, object) = (&self.wanted.names.tool, &self.wanted.names.object);
-        for name in [tool, object] {
-            if let Some(data) = self.scope().find(name).filter(|data| data.kind != DataKind::Persistent) {
-                findings.add(|| {
-                    at(
-                        self.file,
-                        data.line,
-                        E1010,
-                        "target",
-                        format!("`{name}` must be `PERS`, as motion instructions ask"),
-                    )
-                });
-            }
-        }
         let tool_data = self.value(tool, "tooldata", shape::TOOLDATA, E1010, "target.tool_name", findings).and_then(
             |(line, n, _)| {
                 let differs = Differs { checker: self, name: tool, line, code: E1010 };
@@ -267,16 +253,14 @@ impl Checker<'_> {
         }
         let locals: &[&[Data]] = &[&found.data, &self.module.data];
         let scope = Scope { levels: locals };
-        check_data(self.file, &found.data, scope, findings);
-        // A local name hides a global one, also one that the statements mean.
+        declarations::check(self.wanted, self.file, Place::Routine(found), self.module, scope, findings);
         for data in &found.data {
-            let hidden = self.module.data.iter().any(|other| other.name.eq_ignore_ascii_case(&data.name));
-            let differs = want.flag.is_some_and(|flag| data.name.eq_ignore_ascii_case(flag));
-            if hidden || found.parameters.iter().any(|(_, name)| name.eq_ignore_ascii_case(&data.name)) {
-                let what = format!("`{}` hides a name that the program already uses", data.name);
-                findings.add(|| at(self.file, data.line, E1001, "target", what));
-            } else if differs && !is_false(data.value.as_ref()) {
-                let what = format!("`{}` must begin as `FALSE`", data.name);
+            if want.flag.is_some_and(|flag| data.name.eq_ignore_ascii_case(flag)) {
+                let what = match (data.kind, is_false(data.value.as_ref())) {
+                    (DataKind::Variable, true) => continue,
+                    (DataKind::Variable, false) => format!("`{}` must begin as `FALSE`", data.name),
+                    _ => format!("`{}` must be `VAR`: the program sets it", data.name),
+                };
                 findings.add(|| at(self.file, data.line, E1003, "target.frames", what));
             }
         }
@@ -392,33 +376,4 @@ impl Differs<'_> {
 /// Whether a value is written `FALSE`.
 fn is_false(value: Option<&Expression>) -> bool {
     matches!(value, Some(Expression::Name(name)) if name.eq_ignore_ascii_case("FALSE"))
-}
-
-/// Refuses data that are declared twice, have a type that the programs do not use, or a value that does not fit.
-pub fn check_data(file: &str, data: &[Data], scope: Scope, findings: &mut Findings) {
-    // Sorted, so that many data are checked quickly.
-    let mut names: Vec<(String, u32)> = data.iter().map(|one| (one.name.to_ascii_lowercase(), one.line)).collect();
-    names.sort();
-    for pair in names.windows(2).filter(|pair| pair[0].0 == pair[1].0) {
-        let what = format!("`{}` is declared twice", pair[1].0);
-        findings.add(|| at(file, pair[1].1, E1001, "target", what));
-    }
-    for one in data {
-        let Some(wanted) = shape::of_type(&one.of_type) else {
-            let what = format!("this compiler does not know data of the type `{}`", one.of_type);
-            findings.add(|| at(file, one.line, E1001, "target", what));
-            continue;
-        };
-        let fits = match &one.value {
-            Some(value) => scope.numbers(value, wanted).is_some(),
-            None => one.kind == DataKind::Variable,
-        };
-        if !fits {
-            let what = format!(
-                "`{}` has no value of its type `{}` that is known before the program runs",
-                one.name, one.of_type
-            );
-            findings.add(|| at(file, one.line, E1001, "target", what));
-        }
-    }
 }

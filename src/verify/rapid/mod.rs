@@ -4,6 +4,7 @@
 //! [`reader`]; the emitter's data are not used. [`main_module`] compares the data and statements that are not path,
 //! [`path`] replays the moves as the controller would.
 
+mod declarations;
 pub mod lexer;
 mod main_module;
 mod moves;

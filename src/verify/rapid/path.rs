@@ -4,11 +4,12 @@
 //! the controller would run them under `ConfL\Off`: from the planned joints of each run's start, to the nearest solution
 //! at every target, with numbers in single precision.
 
-use super::main_module::{Frames, check_data};
-use super::moves::{self, Difference, Resolved, ResolvedGoal, resolve};
+use super::declarations::{self, Place};
+use super::main_module::Frames;
+use super::moves::{self, Difference, Resolved, ResolvedGoal, resolve, same_jointtarget};
 use super::statements::{Around, Step, compare};
 use super::syntax::{Data, Module, Robtarget, Statement, What};
-use super::values::Scope;
+use super::values::{Scope, shape};
 use super::{Findings, Wanted, at, read_all};
 use crate::diagnostics::codes::{E1001, E1002, E1003, E1005, E1006, E1007, E1008, E1009, E1013, E1014};
 use crate::job::{Tool, Zone};
@@ -181,13 +182,18 @@ impl Chunk<'_> {
         }
         let levels: Vec<&[Data]> = std::iter::once(routine.data.as_slice()).chain(data.iter().copied()).collect();
         let scope = Scope { levels: &levels };
-        check_data(self.file, &self.module.data, scope, findings);
-        check_data(self.file, &routine.data, scope, findings);
-        self.hidden_names(&routine.data, findings);
+        let (module, start) = (self.module, names.chunk_start(self.index));
+        for place in [Place::Chunk { module, start: &start }, Place::ChunkRoutine { module, routine, start: &start }] {
+            declarations::check(self.wanted, self.file, place, self.main, scope, findings);
+        }
 
         let is_move = |statement: &&Statement| matches!(statement.what, What::Move(_));
         let others: Vec<Statement> = routine.body.iter().filter(|s| !is_move(s)).cloned().collect();
-        self.before_the_path(scope, routine.line, &routine.body, &others, findings);
+        // Only what the module itself declares: data of the main module are those of another build where it matters.
+        let own_levels: [&[Data]; 2] = [&routine.data, &self.module.data];
+        let own = Scope { levels: &own_levels };
+        self.start(own, runs.start, findings);
+        self.before_the_path(own, runs.start, routine.line, &routine.body, &others, findings);
 
         let mut resolved: Vec<Resolved> = Vec::with_capacity(self.module.moves.len());
         for statement in &routine.body {
@@ -205,26 +211,33 @@ impl Chunk<'_> {
         self.moves(scope, &planned, &resolved, findings);
     }
 
-    /// Data of a chunk must not hide names that the program uses.
-    fn hidden_names(&self, local: &[Data], findings: &mut Findings) {
-        let names = &self.wanted.names;
-        for data in self.module.data.iter().chain(local) {
-            let same = |name: &str| name.eq_ignore_ascii_case(&data.name);
-            let used = same(&names.tool)
-                || same(&names.object)
-                || self.main.data.iter().any(|other| same(&other.name))
-                || self.main.routines.iter().any(|other| same(&other.name));
-            if used {
-                let what = format!("`{}` hides a name that the main module uses", data.name);
-                findings.add(|| at(self.file, data.line, E1001, "target", what));
+    /// The constant that says where the module begins, unless that is at home.
+    fn start(&self, scope: Scope, run: usize, findings: &mut Findings) {
+        let Some(before) = run.checked_sub(1).and_then(|run| self.wanted.motion.runs.get(run)) else { return };
+        let name = self.wanted.names.chunk_start(self.index);
+        let field = "path";
+        let Some(data) = scope.find(&name) else {
+            let what = format!("`jointtarget {name}` is not declared in this module");
+            findings.add(|| at(self.file, 1, E1003, field, what));
+            return;
+        };
+        let value = data.value.as_ref().and_then(|value| scope.numbers(value, shape::JOINTTARGET));
+        let same = match value {
+            Some(found) if data.of_type.eq_ignore_ascii_case("jointtarget") => {
+                same_jointtarget(&found, &before.retract_joints)
             }
+            _ => Err("it is no `jointtarget` with values written out".to_string()),
+        };
+        if let Err(what) = same {
+            findings.add(|| at(self.file, data.line, E1003, field, format!("`{name}`: {what}")));
         }
     }
 
-    /// What is no move: the comparison of the digest, before everything else.
+    /// What is no move: the comparison of the digest and of the place, before everything else.
     fn before_the_path(
         &self,
         scope: Scope,
+        run: usize,
         line: u32,
         body: &[Statement],
         others: &[Statement],
@@ -241,19 +254,27 @@ impl Chunk<'_> {
             self.wanted.digest
         );
         let why = "a module of another build must never move the robot";
-        let step = Step::say(E1009, "target", &text, why);
+        let digest = Step::say(E1009, "target", &text, why);
+        let start = if run == 0 { format!("{m}_home") } else { self.wanted.names.chunk_start(self.index) };
+        let text = format!(
+            "IF NOT {m}_near(CJointT(),{start}) THEN TPWrite \"{name}: not where it begins\"; {off}EXIT; ENDIF"
+        );
+        let why_here = "the way to the first point is checked from the planned place only";
+        let place = Step::say(E1003, "robot.cell.home_tolerance", &text, why_here);
         let around = Around {
             file: self.file,
             scope,
             moves: &self.module.moves,
             home: &|_, _| Err("a joint move to home has no place here".into()),
         };
-        compare(&around, line, others, &[step], findings);
-        if let (Some(first), Some(digest)) = (body.first(), others.first())
-            && first != digest
-        {
-            let what = "the robot moves before the digest is compared".to_string();
-            findings.add(|| at(self.file, first.line, E1003, "target", what).note(why));
+        compare(&around, line, others, &[digest, place], findings);
+        let early = body.iter().take(2).enumerate().find(|(_, statement)| matches!(statement.what, What::Move(_)));
+        if let Some((before, statement)) = early {
+            let (what, why) = match before {
+                0 => ("the robot moves before the digest is compared", why),
+                _ => ("the robot moves before its place is compared", why_here),
+            };
+            findings.add(|| at(self.file, statement.line, E1003, "target", what.to_string()).note(why));
         }
     }
 

@@ -6,7 +6,7 @@
 use super::Wanted;
 use super::statements::{Step, Want};
 use crate::diagnostics::codes::{E1002, E1003, E1012};
-use crate::job::{self, Level, Process};
+use crate::job::{self, Level, Process, Tool, WheelRotation};
 use crate::motion::Purpose;
 
 /// Share of the mass by which the controller's may differ with `frames: on_controller`: the same number, typed with at
@@ -38,11 +38,12 @@ impl WantedRoutine {
 
 /// All routines of a main module that loads `chunks` others.
 pub fn wanted_routines(wanted: &Wanted, chunks: usize) -> Vec<WantedRoutine> {
-    let mut all = vec![main(wanted, chunks), near(wanted), full_speed(wanted)];
+    let mut all = vec![main(wanted, chunks), near(wanted)];
     if wanted.rapid.frames == job::Frames::on_controller {
         all.extend(frame_checks(wanted));
     }
     if wanted.motion.purpose == Purpose::Polish {
+        all.push(full_speed(wanted));
         all.extend(process(wanted));
     }
     all
@@ -71,7 +72,9 @@ fn main(wanted: &Wanted, chunks: usize) -> WantedRoutine {
     say(E1003, "target", "VelSet 100,5000;", "dwell scales with the speed");
     let full_speed = call("full_speed");
     let at_full_speed = "dwell scales with the speed override, which must be 100 %";
-    say(E1003, "target", &full_speed, at_full_speed);
+    if polishes {
+        say(E1003, "target", &full_speed, at_full_speed);
+    }
     steps.push(home(wanted.start_time()));
     let mut say = |code, field, text: &str, why| steps.push(Step::say(code, field, text, why));
     if polishes {
@@ -81,7 +84,13 @@ fn main(wanted: &Wanted, chunks: usize) -> WantedRoutine {
     for k in 0..chunks {
         let (path, routine) = (wanted.names.path(&wanted.names.chunk_module(k)), wanted.names.chunk_routine(k));
         let progress = format!("TPWrite \"{m}: module {} of {chunks}\";", k + 1);
-        say(E1003, "target", &full_speed, at_full_speed);
+        if polishes {
+            say(E1003, "target", &full_speed, at_full_speed);
+        }
+        if wanted.waits_for_inputs() {
+            let why = "the process must still run before every module";
+            say(E1012, "robot.cell.process", &call("wait_inputs"), why);
+        }
         say(E1003, "target", &progress, "the operator sees where the program is");
         say(E1002, "target", &format!("Load\\Dynamic,\"{path}\";"), "every module is loaded, in order");
         say(E1002, "target", &format!("%\"{routine}\"%;"), "every module is run, in order");
@@ -91,6 +100,10 @@ fn main(wanted: &Wanted, chunks: usize) -> WantedRoutine {
         let why = "the process is switched off after the last run, before the way home";
         say(E1012, "robot.cell.process", &call("process_off"), why);
     }
+    let moved =
+        format!("IF NOT {m}_near(CJointT(),{m}_end) THEN TPWrite \"{m}: not where the path ended\"; EXIT; ENDIF");
+    let why = "the way home is checked from the end of the path only, and the robot may have been moved";
+    say(E1003, "robot.cell.home", &moved, why);
     steps.push(home(wanted.end_time()));
     let done = format!("TPWrite \"{m}: done\";");
     steps.push(Step::say(E1003, "target", &done, "the operator sees that the program is done"));
@@ -183,12 +196,16 @@ fn frame_checks(wanted: &Wanted) -> Vec<WantedRoutine> {
 
 fn process(wanted: &Wanted) -> Vec<WantedRoutine> {
     let m = &wanted.names.module;
-    let (mut on, mut off) = (Vec::new(), Vec::new());
+    let (mut on, mut waits, mut off) = (Vec::new(), Vec::new(), Vec::new());
     let field = "robot.cell.process";
     let say = |steps: &mut Vec<Step>, text: String, why| steps.push(Step::say(E1012, field, &text, why));
     match &wanted.cell.process {
         Process::manual(_) => {
             let why = "the operator switches wheel and fluid on, and confirms";
+            for (fact, field) in operator_facts(wanted) {
+                let why = "the operator sees which part it is and how the wheel must turn";
+                on.push(Step::say(E1012, field, &format!("TPWrite \"{fact}\";"), why));
+            }
             say(&mut on, format!("TPWrite \"{m}: switch wheel and fluid on,\";"), why);
             say(&mut on, "TPWrite \"wait until they run steadily, press start\";".into(), why);
             say(&mut on, "Stop;".into(), why);
@@ -208,12 +225,15 @@ fn process(wanted: &Wanted) -> Vec<WantedRoutine> {
                 say(&mut on, format!("SetDO {},{};", output.name, value(output.active, true)), why);
                 say(&mut on, format!("WaitTime {};", output.settle.0), why);
             }
+            if wanted.waits_for_inputs() {
+                say(&mut on, format!("{m}_wait_inputs;"), "the process must run before the path begins");
+            }
             for input in &signals.inputs {
                 let why = "an input that does not come ends the program, process off";
                 let (name, active, most) = (&input.name, value(input.active, true), input.wait_at_most.0);
-                say(&mut on, format!("WaitDI {name},{active}\\MaxTime:={most}\\TimeFlag:={m}_late;"), why);
+                say(&mut waits, format!("WaitDI {name},{active}\\MaxTime:={most}\\TimeFlag:={m}_late;"), why);
                 let late = format!("IF {m}_late THEN TPWrite \"{name} did not come\"; {m}_process_off; EXIT; ENDIF");
-                say(&mut on, late, why);
+                say(&mut waits, late, why);
             }
             for output in signals.outputs.iter().rev() {
                 let why = "outputs are switched off in the reverse order";
@@ -221,13 +241,48 @@ fn process(wanted: &Wanted) -> Vec<WantedRoutine> {
             }
         }
     }
-    vec![
+    let mut all = vec![
         WantedRoutine::procedure(wanted.names.own("process_on"), on),
         WantedRoutine::procedure(wanted.names.own("process_off"), off),
-    ]
+    ];
+    if wanted.waits_for_inputs() {
+        all.push(WantedRoutine::procedure(wanted.names.own("wait_inputs"), waits));
+    }
+    all
+}
+
+/// What the operator must be shown before the process is switched on, in lines of 40 characters, and the fields that
+/// say it. A character that a RAPID string cannot hold as it is becomes a question mark.
+fn operator_facts(wanted: &Wanted) -> Vec<(String, &'static str)> {
+    let mut shown = String::from("part ");
+    for c in wanted.job.workpiece.part.chars() {
+        let fits = c == ' ' || c.is_ascii_graphic() && c != '"' && c != '\\';
+        shown.push(if fits { c } else { '?' });
+    }
+    let mut facts = Vec::new();
+    while !shown.is_empty() {
+        // Plain ASCII: a byte is a character.
+        let rest = shown.split_off(shown.len().min(40));
+        facts.push((shown, "workpiece.part"));
+        shown = rest;
+    }
+    let Tool::mrf_wheel(wheel) = &wanted.job.tool;
+    let sense = match wheel.rotation {
+        WheelRotation::forward => "wheel forward: fluid along +x of tool",
+        WheelRotation::reverse => "wheel reverse: fluid along -x of tool",
+    };
+    facts.push((sense.into(), "tool.rotation"));
+    facts.push((format!("wheel at {:.3} rpm", wheel.speed.0 * 30.0 / std::f64::consts::PI), "tool.speed"));
+    facts
 }
 
 impl Wanted<'_> {
+    /// Whether the process has inputs to wait for, and is switched at all.
+    pub fn waits_for_inputs(&self) -> bool {
+        let inputs = matches!(&self.cell.process, Process::signals(signals) if !signals.inputs.is_empty());
+        inputs && self.motion.purpose == Purpose::Polish
+    }
+
     /// Seconds of a joint move whose joints change so much, at the cell's share of the rated speeds; at least 0.1 s, in
     /// whole milliseconds, rounded up.
     pub fn joint_move_time(&self, change: impl Fn(usize) -> f64) -> f64 {

@@ -1,7 +1,8 @@
 //! Values of data: names replaced by the literals they stand for, and literals by their numbers.
 //!
-//! A literal may be moved into a `CONST`, `PERS` or `VAR`. That is sound because every statement is compared with what
-//! the job asks for, so that no assignment can hide anywhere.
+//! A literal may be moved into a `CONST`, or into a `VAR` of the routine that uses it. That is sound because every
+//! statement is compared with what the job asks for, so that no assignment can hide anywhere; data of other kinds, which
+//! other programs can reach, are refused by [`super::declarations`].
 
 use super::syntax::{Data, Expression};
 
