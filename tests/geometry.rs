@@ -299,7 +299,7 @@ fn contact_points_and_normals_are_those_of_the_plane() {
         let replay = Replay::new(case, &text);
         let lines = lattice(case);
         let runs = text.runs();
-        // A serpentine of less than a module's 3600 points goes in one run, one way lifts after every line.
+        // A serpentine of less than a module's 4800 points goes in one run, one way lifts after every line.
         assert_eq!(runs.len(), if case.one_way { lines.len() } else { 1 }, "{}", case.name);
         let mut left = lines.as_slice();
         let mut worst = [0.0_f64; 2];

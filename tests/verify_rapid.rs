@@ -675,6 +675,10 @@ fn hand_edits_that_do_not_matter_are_accepted() {
         );
         with_text(p, 2, edited)
     };
+    // Also at the level of the module, as a variable that nothing sets.
+    let target_in_a_variable =
+        with_text(p, 2, text(&target_in_a_name, 2).replacen("CONST robtarget", "VAR robtarget", 1));
+    assert_eq!(check(&SMALL, &target_in_a_variable), []);
     let number_in_a_name = {
         let edited = with_line(p, 2, line, |l| edit_number(l, 17, |_| "nSpeed".into()));
         let speed = {

@@ -114,13 +114,13 @@ job trial {
 
     dwell: corrective {
         removal_fraction: 90 %
-        piston:           free { at_most: 150 nm }
+        piston:           free { at_most: 400 nm }
         feed:             0.2 mm/s .. 60 mm/s
         acceleration:     500 mm/s^2
     }
 
     robot:  irb6700_200_260 with { cell: cell }
-    target: rapid { controller: irc5, module: "Trial", frames: in_program }
+    target: rapid { controller: irc5 with { module_bytes: 1000000 }, module: "Trial", frames: in_program }
     unchecked: [arm, cell, cable, fixture]
 }
 "#;
