@@ -1,6 +1,6 @@
 //! The vocabulary as declared: dimensions, units, families, schemas, and the names of each file.
 //!
-//! In: the items of all files. Out: [`Vocabulary`] and the scopes. Names first, then the types of fields, then the
+//! In: the items of all files. Out: [`Vocabulary`](super::types::Vocabulary) and the scopes. Names first, then the types of fields, then the
 //! expressions in schemas (defaults, limits, checks), since each may use what stands anywhere before it in this order.
 
 use super::load::ModuleId;

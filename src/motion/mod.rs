@@ -46,7 +46,7 @@ pub enum Purpose {
     DryRun,
 }
 
-/// What [`plan`] needs to know beside the path and the robot.
+/// What [`plan()`] needs to know beside the path and the robot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Request {
     /// From the nominal surface to the tool centre point along the outward normal, metres (an MRF wheel's gap).
