@@ -23,7 +23,8 @@ pub(super) fn split(lines: &[Line], most: usize) -> Result<Vec<Span>, Problem> {
             let message =
                 format!("line {} of the path has {} points, a program module holds {most}", i + 1, line.points.len());
             return Err(Problem::error(codes::E0804, "path.point_step", message).help(
-                "a run is never broken inside a line: take a larger `point_step`, or a controller with larger modules",
+                "a run is never broken inside a line: take a larger `point_step`, or raise `module_bytes` and `module_points` \
+                 of the controller if it takes larger modules",
             ));
         }
         match runs.last_mut() {
