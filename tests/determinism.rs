@@ -20,7 +20,7 @@
 //!
 //! Measured once by hand, x86-64, rustc 1.95.0: the tool built for release with `-C target-feature=-avx,-avx2,-fma`, with
 //! `-C target-cpu=native` (AVX-512; fourteen times as many instructions on registers of 256 bits, no fused multiply-add),
-//! and in the dev profile wrote the same bytes: all 18 files of `flat_340`, and (the two release builds) all of `real_map`
+//! and in the dev profile wrote the same bytes: all 26 files of `flat_340`, and (the two release builds) all of `real_map`
 //! with the MetroPro sample.
 #![allow(clippy::disallowed_methods, reason = "tests read files and run the tool")]
 
