@@ -72,15 +72,8 @@ pub struct ParamValue {
 pub fn compile(files: &dyn FileProvider, path: &str, options: &Options) -> Compiled {
     let mut loaded = load::load(files, path, &options.sets);
     let (checked, mistakes) = check::check(&loaded, files);
-    let mut evaluator = Evaluator {
-        checked: &checked,
-        sources: &loaded.sources,
-        globals: vec![None; checked.globals.len()],
-        depth: 0,
-        diagnostics: std::mem::take(&mut loaded.diagnostics),
-    };
-    evaluator.diagnostics.extend(mistakes);
-    evaluator.globals();
+    let said = std::mem::take(&mut loaded.diagnostics).into_iter().chain(mistakes).collect();
+    let mut evaluator = Evaluator::new(&checked, &loaded.sources, said);
     let chosen = chosen_jobs(&checked, options, &mut evaluator.diagnostics);
     let jobs: Vec<CompiledJob> = chosen.into_iter().filter_map(|job| evaluator.job(job)).collect();
     let diagnostics = in_order(evaluator.diagnostics);
@@ -93,15 +86,8 @@ pub fn compile(files: &dyn FileProvider, path: &str, options: &Options) -> Compi
 pub fn library() -> Compiled {
     let mut loaded = load::load_library();
     let (checked, mistakes) = check::check(&loaded, &crate::source::MemoryFiles::default());
-    let mut evaluator = Evaluator {
-        checked: &checked,
-        sources: &loaded.sources,
-        globals: vec![None; checked.globals.len()],
-        depth: 0,
-        diagnostics: std::mem::take(&mut loaded.diagnostics),
-    };
-    evaluator.diagnostics.extend(mistakes);
-    evaluator.globals();
+    let said = std::mem::take(&mut loaded.diagnostics).into_iter().chain(mistakes).collect();
+    let mut evaluator = Evaluator::new(&checked, &loaded.sources, said);
     evaluator.defaults_keep_to_limits();
     let diagnostics = in_order(evaluator.diagnostics);
     Compiled { sources: loaded.sources, diagnostics, jobs: Vec::new(), vocabulary: checked.vocabulary }
@@ -130,7 +116,15 @@ fn in_order(mut diagnostics: Vec<Diagnostic>) -> Vec<Diagnostic> {
     diagnostics
 }
 
-impl Evaluator<'_> {
+impl<'a> Evaluator<'a> {
+    /// Evaluates the values of all files; `said` is what loading and checking found.
+    fn new(checked: &'a Checked, sources: &'a Sources, said: Vec<Diagnostic>) -> Evaluator<'a> {
+        let globals = vec![None; checked.globals.len()];
+        let mut evaluator = Evaluator { checked, sources, globals, depth: 0, diagnostics: said };
+        evaluator.globals();
+        evaluator
+    }
+
     fn job(&mut self, job: &CheckedJob) -> Option<CompiledJob> {
         // The wavelength first: the rest may be counted in it.
         let stated = given_fields(&job.record).iter().find(|field| field.name == "wavelength");
