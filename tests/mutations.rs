@@ -582,7 +582,7 @@ impl<'a> Generator<'a> {
         self.replace("`=` for a comparison", &range(*at), "=", &place);
         self.replace("side dropped", &range(right.span), "", &place);
         self.replace("condition without its comparison", &place, self.slice(left.span), &place);
-        let (text, _) = self.replaced(&place, "");
+        let (text, _) = self.replaced(&self.with_end(&place), "");
         self.push("condition dropped", text, Expected::Right(0..0));
         if let ExprKind::Quantity { unit, .. } = &right.kind {
             let number = self.text[right.span.start as usize..unit.span.start as usize].trim_end();

@@ -107,11 +107,11 @@ fn is_syntax(diagnostic: &Diagnostic) -> bool {
     diagnostic.code.as_str().starts_with("E01")
 }
 
-/// The lines with a bracket too many or too few: what stands in which record there is a guess, and what follows from the
+/// The lines with a bracket too many or too few, or with a unit that is none: what stands in which record there is a guess, and what follows from the
 /// guess is no second mistake.
 fn doubtful_lines(loaded: &load::Loaded) -> BTreeSet<(FileId, usize)> {
-    let brackets = |d: &&Diagnostic| [codes::E0102, codes::E0103].contains(&d.code);
-    let places = loaded.diagnostics.iter().filter(brackets).filter_map(|d| d.primary.as_ref());
+    let doubtful = |d: &&Diagnostic| [codes::E0102, codes::E0103, codes::E0113].contains(&d.code);
+    let places = loaded.diagnostics.iter().filter(doubtful).filter_map(|d| d.primary.as_ref());
     places.map(|label| line_of(&loaded.sources, label.span)).collect()
 }
 

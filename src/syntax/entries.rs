@@ -107,7 +107,7 @@ pub fn entries(file: FileId, text: &str, lexed: &Lexed, diagnostics: &mut Vec<Di
             matcher = Matcher::run(file, text, lexemes, from..to, groups, is_indented(&lexemes[from + 1..to]));
             // What an unclosed comment or text swallowed may have held the closing brackets.
             let swallowed = (lexed.cut_short && to == lexemes.len())
-                || lexemes[from..to].iter().any(|lexeme| lexeme.kind == LexemeKind::Text && lexeme.lost);
+                || lexemes[from..to].iter().any(|lexeme| lexeme.lost && lexeme.kind != LexemeKind::Number);
             // A bracket beyond the depth limit that is not closed either is one mistake, said already.
             if !swallowed && !matcher.too_deep {
                 diagnostics.push(matcher.bracket_error.unwrap_or(by_brackets));
