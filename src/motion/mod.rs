@@ -78,7 +78,7 @@ pub struct Room {
 
 impl Room {
     /// Room for so many points, however many lines they make.
-    pub fn points(total: usize) -> Room {
+    pub const fn points(total: usize) -> Room {
         Room { total, point: 1, line: 0 }
     }
 }

@@ -97,7 +97,8 @@ pub fn job_value() -> Value {
 /// The same on a KUKA KR 210 R2700-2, for KRL.
 pub fn krl_job_value() -> Value {
     let deg = std::f64::consts::PI / 180.0;
-    let joint = |from: f64, to: f64, speed: f64| json!({"range": {"from": from * deg, "to": to * deg}, "speed": speed * deg});
+    let joint =
+        |from: f64, to: f64, speed: f64| json!({"range": {"from": from * deg, "to": to * deg}, "speed": speed * deg});
     let mut job = job_value();
     let robot = &mut job["robot"];
     robot["maker"] = json!("KUKA");
@@ -107,8 +108,12 @@ pub fn krl_job_value() -> Value {
         "offsets": [0.0, -90.0 * deg, 0.0, 0.0, 0.0, 0.0], "signs": [-1.0, 1.0, 1.0, -1.0, 1.0, -1.0]
     }});
     robot["joints"] = json!([
-        joint(-185.0, 185.0, 117.0), joint(-140.0, -5.0, 111.0), joint(-120.0, 168.0, 112.0),
-        joint(-350.0, 350.0, 179.0), joint(-125.0, 125.0, 172.0), joint(-350.0, 350.0, 220.0)
+        joint(-185.0, 185.0, 117.0),
+        joint(-140.0, -5.0, 111.0),
+        joint(-120.0, 168.0, 112.0),
+        joint(-350.0, 350.0, 179.0),
+        joint(-125.0, 125.0, 172.0),
+        joint(-350.0, 350.0, 220.0)
     ]);
     let cell = &mut robot["cell"];
     let home = [0.0, -110.0 * deg, 100.0 * deg, 0.0, 55.0 * deg, 0.0];
