@@ -181,7 +181,14 @@ fn edits_of_a_segment(p: &Program) -> Vec<Edit> {
             "E1000",
             &["does not say `B`"],
         ),
-        ("point removed", lines(&|lines, at| drop(lines.remove(at))), "E1013", &["point 49 of 99", "missing"]),
+        (
+            "point removed",
+            lines(&|lines, at| {
+                lines.remove(at);
+            }),
+            "E1013",
+            &["point 49 of 99", "missing"],
+        ),
         (
             "two points swapped",
             lines(&|lines, at| lines.swap(at, at + 1)),
@@ -242,7 +249,12 @@ fn hand_edits() -> Vec<Edit> {
     };
     let files = |names: &[&str]| Program { files: names.iter().map(|name| p.files[index(p, name)].clone()).collect() };
     all.extend::<Vec<Edit>>(vec![
-        ("mirrored x", mirrored, "E1005", &["Flat340_001.src", "point 1 of 99 (line 1, x = -20", "39.9999 mm from where"]),
+        (
+            "mirrored x",
+            mirrored,
+            "E1005",
+            &["Flat340_001.src", "point 1 of 99 (line 1, x = -20", "39.9999 mm from where"],
+        ),
         (
             "start joint",
             with_line(p, PART, ("PTP {", 0), |l| number(l, "A4 ", |j| format!("{}", j + 0.01))),

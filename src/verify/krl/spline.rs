@@ -82,7 +82,7 @@ mod tests {
 
     #[test]
     fn it_goes_through_the_points_and_its_ends_are_straight() {
-        let points = points(|s| [s, (40.0 * s).sin(), 0.0], 8, 0.01);
+        let points = points(|s| [s, libm::sin(40.0 * s), 0.0], 8, 0.01);
         for end in 1..8 {
             for (share, i) in [(0.0, end - 1), (1.0, end)] {
                 let found = at(&points, end, share).unwrap().translation.vector;
@@ -102,7 +102,7 @@ mod tests {
     #[test]
     fn a_circle_is_followed_far_closer_than_by_chords() {
         let (radius, step) = (0.5_f64, 0.01);
-        let circle = |s: f64| [radius * (s / radius).sin(), 0.0, radius * (1.0 - (s / radius).cos())];
+        let circle = |s: f64| [radius * libm::sin(s / radius), 0.0, radius * (1.0 - libm::cos(s / radius))];
         let points = points(circle, 12, step);
         let chord = step * step / (8.0 * radius);
         for end in 4..9 {
@@ -114,7 +114,7 @@ mod tests {
 
     #[test]
     fn a_moved_point_changes_four_segments() {
-        let whole = points(|s| [s, (9.0 * s).sin() / 50.0, 0.0], 13, 0.01);
+        let whole = points(|s| [s, libm::sin(9.0 * s) / 50.0, 0.0], 13, 0.01);
         let mut moved = whole.clone();
         moved[6].translation.vector.z += 1e-3;
         for end in 1..13 {
