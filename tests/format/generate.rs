@@ -84,7 +84,8 @@ impl Blanks {
 
     fn end_line(&mut self, random: &mut Random, out: &mut String) {
         if random.chance(self.wild) {
-            if out.ends_with('/') {
+            // After a unit `mm//s` is taken for a slip.
+            if out.ends_with(|c: char| c == '/' || c.is_alphanumeric()) {
                 out.push(' ');
             }
             self.comments += 1;
