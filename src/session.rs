@@ -371,7 +371,7 @@ impl Planned {
                 .map(|p| format!("{}: {}", p.code, p.message))
                 .collect(),
             unchecked: target::facts::unchecked(&self.job),
-            note: "not controller-verified",
+            note: target::facts::note(&self.job),
         });
     }
 

@@ -6,7 +6,7 @@
 
 use polishc::job::{self, Robot};
 use polishc::motion::{Arm, Transform};
-use polishc::session::{self, Request, Unwatched, Until};
+use polishc::session::{self, Request, Until, Unwatched};
 use polishc::source::MemoryFiles;
 use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
@@ -162,11 +162,13 @@ fn oracle(robot: &Robot) -> OPWKinematics {
 fn another_solver_agrees_over_the_ranges() {
     for robot in all() {
         let (arm, theirs) = (Arm::new(&robot).expect("an arm"), oracle(&robot));
-        let mut runner = TestRunner::new(ProptestConfig { cases: 2000, failure_persistence: None, ..Default::default() });
+        let mut runner =
+            TestRunner::new(ProptestConfig { cases: 2000, failure_persistence: None, ..Default::default() });
         let shares = prop::array::uniform6(0.0..1.0_f64);
         runner
             .run(&shares, |shares| {
-                let joints: [f64; 6] = std::array::from_fn(|i| arm.lower[i] + shares[i] * (arm.upper[i] - arm.lower[i]));
+                let joints: [f64; 6] =
+                    std::array::from_fn(|i| arm.lower[i] + shares[i] * (arm.upper[i] - arm.lower[i]));
                 let pose = arm.forward(&joints);
                 let their_pose = theirs.try_forward(&joints).expect("finite joints");
                 let apart = (DVec3::from_array(pose.translation.vector.into()) - their_pose.translation).length();
