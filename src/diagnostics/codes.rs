@@ -140,6 +140,7 @@ codes! {
     E0413
     E0414
     E0415
+    E0416
     W0401
     // files and metrology
     E0500

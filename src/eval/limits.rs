@@ -111,6 +111,9 @@ impl Evaluator<'_> {
         let reason = check.reason.as_ref().map_or_else(String::new, |reason| format!("{reason}: "));
         let message = format!("{reason}`{text}` must hold in `{schema}`, but {}", facts.join(" and "));
         let place = known.first().map_or(span, |(_, value)| value.span);
+        // That one of the values is unusual besides is no second mistake.
+        let same = |d: &Diagnostic| d.primary.as_ref().is_some_and(|p| known.iter().any(|(_, v)| v.span == p.span));
+        self.diagnostics.retain(|d| d.code != codes::W0401 || !same(d));
         let mut diagnostic = Diagnostic::error(codes::E0405, place, message);
         for (name, value) in known.iter().skip(1) {
             diagnostic = diagnostic.also(value.span, format!("`{name}`"));
@@ -131,7 +134,7 @@ impl Evaluator<'_> {
             self.facts(condition, &mut facts);
             let text = self.sources.slice(condition.span).split_whitespace().collect::<Vec<_>>().join(" ");
             let message = format!("{}: `{text}` does not hold", assert.reason);
-            let mut diagnostic = Diagnostic::error(codes::E0414, condition.span, message);
+            let mut diagnostic = Diagnostic::error(codes::E0416, condition.span, message);
             if !facts.is_empty() {
                 diagnostic = diagnostic.note(facts.join(", "));
             }
