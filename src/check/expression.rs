@@ -257,7 +257,7 @@ impl Checker<'_> {
             let Some(first) = elements[..index].iter().find(|other| other.kind == element.kind) else { continue };
             let before = Span { start: elements[index - 1].span.end, end: element.span.end, ..element.span };
             self.say(
-                Diagnostic::error(codes::E0414, element.span, format!("`{word}` stands twice in this list"))
+                Diagnostic::error(codes::E0416, element.span, format!("`{word}` stands twice in this list"))
                     .also(first.span, "the first one")
                     .help("keep one")
                     .suggest(before, ""),

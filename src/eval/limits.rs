@@ -134,7 +134,7 @@ impl Evaluator<'_> {
             self.facts(condition, &mut facts);
             let text = self.sources.slice(condition.span).split_whitespace().collect::<Vec<_>>().join(" ");
             let message = format!("{}: `{text}` does not hold", assert.reason);
-            let mut diagnostic = Diagnostic::error(codes::E0416, condition.span, message);
+            let mut diagnostic = Diagnostic::error(codes::E0414, condition.span, message);
             if !facts.is_empty() {
                 diagnostic = diagnostic.note(facts.join(", "));
             }

@@ -38,7 +38,7 @@ fn every_function_of_stdlib_has_examples_that_hold() {
 #[test]
 fn an_example_that_does_not_hold_is_found() {
     let done = compile_text("assert sin(90 deg) == 2 because \"the example holds\"");
-    assert!(said(&done)[0].starts_with("E0416"), "{:?}", said(&done));
+    assert!(said(&done)[0].starts_with("E0414"), "{:?}", said(&done));
 }
 
 #[test]
