@@ -11,6 +11,7 @@ pub mod ast;
 mod entries;
 mod expressions;
 mod forgotten;
+pub mod format;
 mod grammar;
 mod items;
 mod lexemes;
