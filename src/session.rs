@@ -9,6 +9,7 @@ use crate::diagnostics::render;
 use crate::diagnostics::{Diagnostic, Problem, Severity};
 use crate::dwell::{self, TimedPath};
 use crate::eval::{self, Requirement};
+use crate::height_map;
 use crate::job::{self, Job, Origins, Unchecked};
 use crate::metrology::{self, ErrorMap};
 use crate::motion::{self, Checked, Motion, Purpose};
@@ -19,7 +20,7 @@ use crate::syntax;
 use crate::target::{self, Program};
 use crate::tool::{self, InfluenceFunction};
 use crate::verify::{self, Verified};
-use crate::workpiece;
+use crate::workpiece::{self, form};
 
 /// Told when a pass begins.
 pub trait Watch {
@@ -201,14 +202,19 @@ impl Passes<'_> {
             if problems.iter().any(|p| p.severity == Severity::Error) { Err(problems) } else { Ok(problems) }
         };
         let mut odd = refuse(workpiece::check(&job.workpiece))?;
-        odd.extend(refuse(tool::check(&job.tool, &job.workpiece.form))?);
+        odd.extend(refuse(tool::check(&job.tool))?);
         odd.extend(refuse(output_checks(&job, until))?);
         self.said.extend(odd);
 
         self.watch.pass("path");
         let controller = job.target.as_ref().map(|job::Target::rapid(rapid)| &rapid.controller);
         let most_points = controller.map_or(path::MOST_POINTS, |c| u64::try_from(c.most_points).unwrap_or(0));
-        let tool_path = path::plan(&job.path, &job.workpiece, most_points).map_err(one)?;
+        let surface = form::surface(&job.workpiece.form, self.files).map_err(one)?;
+        let surface = &*surface;
+        refuse(workpiece::check_surface(&job.workpiece, surface).into_iter().collect())?;
+        let tool_path = path::plan(&job.path, &job.workpiece, surface, most_points).map_err(one)?;
+        let places = (0..tool_path.points.len()).map(|i| [tool_path.points.x[i], tool_path.points.y[i]]);
+        refuse(tool::check_fit(&job.tool, surface, places).into_iter().collect())?;
         if until == Until::Path {
             self.planned.path = Some(tool_path);
             return Ok(());
@@ -399,8 +405,9 @@ impl Planned {
             job::Influence::measured(spot) => Some(spot.file.as_str()),
         };
         let data = std::iter::once(map.file.as_str())
+            .chain(self.job.workpiece.form.files())
             .chain(spot)
-            .filter_map(|path| Some(input(path, &files.read(path, metrology::MOST_BYTES).ok()?)));
+            .filter_map(|path| Some(input(path, &files.read(path, height_map::MOST_BYTES).ok()?)));
         texts.map(|(_, name, text)| input(name, text.as_bytes())).chain(data).collect()
     }
 
@@ -446,7 +453,7 @@ pub fn inspect(
     unit: Option<f64>,
     pixel: Option<f64>,
 ) -> Result<metrology::Inspection, Problem> {
-    let found = metrology::file_bytes(path, files).and_then(|bytes| metrology::inspect(&bytes, path, unit, pixel));
+    let found = height_map::file_bytes(path, files).and_then(|bytes| metrology::inspect(&bytes, path, unit, pixel));
     found.map_err(|mut problem| {
         // No job stands behind: the sentence must say itself which file it speaks of.
         if !problem.message.contains(path) {

@@ -7,7 +7,7 @@ use polishc::dwell::removal::{Samples, Window, deposit};
 use polishc::dwell::speed::{Limits, Segments, times};
 use polishc::dwell::{Footprint, Outcome, Task, check_segment_times, predict, solve};
 use polishc::job::*;
-use polishc::metrology::Grid;
+use polishc::height_map::Grid;
 use polishc::path::{ToolPath, raster};
 use polishc::tool::InfluenceFunction;
 use polishc::units::si::*;
@@ -78,9 +78,10 @@ impl Run {
             line_pitch: Length(self.pitch),
             direction: Angle(self.direction),
             lines: self.lines,
+            chord_error: Length(1e-5),
             holes: None,
         };
-        raster::plan(&raster, &Form::plane(Plane {}), 1_000_000).expect("a path")
+        raster::plan(&raster, &Plane {}, 1_000_000).expect("a path")
     }
 
     fn solve(&self) -> (Result<Outcome, Problem>, Vec<Problem>) {

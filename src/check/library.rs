@@ -43,6 +43,11 @@ library! {
     true "result" "result.polish"
     true "job" "job.polish"
     false "materials.fused_silica" "materials/fused_silica.polish"
+    false "materials.k9" "materials/k9.polish"
+    false "materials.n_bk7" "materials/n_bk7.polish"
+    false "materials.silicon_carbide" "materials/silicon_carbide.polish"
+    false "materials.ule" "materials/ule.polish"
+    false "materials.zerodur" "materials/zerodur.polish"
     false "robots.abb.irb6700_200_260" "robots/abb/irb6700_200_260.polish"
     false "controllers.irc5" "controllers/irc5.polish"
 }

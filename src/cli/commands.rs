@@ -8,7 +8,7 @@ use super::output::{self, Output, RealFolder};
 use crate::diagnostics::codes as code;
 use crate::diagnostics::render::{self, Style};
 use crate::diagnostics::{Code, Diagnostic, Severity};
-use crate::metrology;
+use crate::height_map;
 use crate::motion::Purpose;
 use crate::report::{Met, ResultFile};
 use crate::session::{self, Compilation, Planned, Request, Until, Watch};
@@ -293,7 +293,7 @@ fn files_of(done: &Compilation, planned: &Planned, emit: &[Emit], programs: bool
 
 /// One intermediate form, if the job came so far.
 fn emitted(done: &Compilation, planned: &Planned, form: Emit) -> Option<(String, Vec<u8>)> {
-    let npy = |columns: usize, values: Vec<f64>| metrology::npy::write(columns, &values);
+    let npy = |columns: usize, values: Vec<f64>| height_map::npy::write(columns, &values);
     let (ending, bytes) = match form {
         Emit::Ast => ("ast.txt", Some(done.ast().into_bytes())),
         Emit::Job => ("job.json", serde_json::to_vec_pretty(&planned.job).ok()),

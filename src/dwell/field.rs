@@ -7,7 +7,7 @@
 use super::removal::Window;
 use crate::diagnostics::{Problem, codes};
 use crate::job::Aperture;
-use crate::metrology::Grid;
+use crate::height_map::Grid;
 
 /// The error map where it counts: its pixels around the clear aperture.
 pub struct Field {

@@ -11,7 +11,7 @@ use super::speed::{self, Limits, Segments};
 use super::{TimedPath, prediction};
 use crate::diagnostics::{Problem, codes};
 use crate::job::{Aperture, Corrective};
-use crate::metrology::Grid;
+use crate::height_map::Grid;
 use crate::path::{self, Link, ToolPath};
 use crate::tool::InfluenceFunction;
 

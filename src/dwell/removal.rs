@@ -12,7 +12,7 @@
 use super::footprint::Footprint;
 use super::fourier::{Convolution, good_length};
 use super::least_squares::LinearOperator;
-use crate::metrology::Grid;
+use crate::height_map::Grid;
 use crate::path::ToolPath;
 use rayon::prelude::*;
 

@@ -12,4 +12,4 @@ mod measured;
 mod wheel;
 
 pub use influence::{InfluenceFunction, part_to_tool};
-pub use wheel::check;
+pub use wheel::{check, check_fit};
