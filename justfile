@@ -15,6 +15,7 @@ ci:
 bless:
     INSTA_UPDATE=always cargo test --test ui --test pass
     TRYCMD=overwrite cargo test --test cli
+    BOOK_UPDATE=always cargo test --test book
 
 # Ratios to named references, in one run.
 bench:

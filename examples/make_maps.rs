@@ -14,27 +14,33 @@ fn main() {
 
 /// Every data file of the examples, by its path. A test compares them with those in the tree.
 pub fn maps() -> Vec<(&'static str, Vec<u8>)> {
-    vec![("examples/flat_340/flat_340.dat", flat_340())]
+    vec![("examples/first/first.dat", first()), ("examples/flat_340/flat_340.dat", flat_340())]
+}
+
+/// A 100 mm flat on a 228 x 228 grid of 0.45 mm, centred, MetroPro format 3: the inner part of the same error.
+fn first() -> Vec<u8> {
+    disc(228, 0.45e-3, 0.0..=0.0495)
 }
 
 /// A 340/60 mm flat on a 494 x 494 grid of 0.7 mm, centred, MetroPro format 3, invalid outside the glass.
 fn flat_340() -> Vec<u8> {
-    const SIZE: usize = 494;
-    let pixel = 0.7e-3;
-    let mut height = vec![f64::NAN; SIZE * SIZE];
-    for row in 0..SIZE {
-        for column in 0..SIZE {
+    disc(494, 0.7e-3, 0.0305..=0.1695)
+}
+
+/// The error of the flats on `size` x `size` pixels, known where the radius lies in `glass`; metres.
+fn disc(size: usize, pixel: f64, glass: std::ops::RangeInclusive<f64>) -> Vec<u8> {
+    let mut height = vec![f64::NAN; size * size];
+    for row in 0..size {
+        for column in 0..size {
             // The picture is seen from the tool side with +y up: row 0 is at the top.
-            let x = (column as f64 - (SIZE - 1) as f64 / 2.0) * pixel;
-            let y = ((SIZE - 1) as f64 / 2.0 - row as f64) * pixel;
-            let r = libm::hypot(x, y);
-            if (0.0305..=0.1695).contains(&r) {
-                height[row * SIZE + column] = flat_error(x, y);
+            let x = (column as f64 - (size - 1) as f64 / 2.0) * pixel;
+            let y = ((size - 1) as f64 / 2.0 - row as f64) * pixel;
+            if glass.contains(&libm::hypot(x, y)) {
+                height[row * size + column] = flat_error(x, y);
             }
         }
     }
-    let settings = Settings::fizeau(pixel);
-    metropro::write(SIZE, &height, &settings).expect("heights that fit the format")
+    metropro::write(size, &height, &Settings::fizeau(pixel)).expect("heights that fit the format")
 }
 
 /// Height error in metres at a place of the part.
