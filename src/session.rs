@@ -215,6 +215,8 @@ impl Passes<'_> {
         let tool_path = path::plan(&job.path, &job.workpiece, surface, most_points).map_err(one)?;
         let places = (0..tool_path.points.len()).map(|i| [tool_path.points.x[i], tool_path.points.y[i]]);
         refuse(tool::check_fit(&job.tool, surface, places).into_iter().collect())?;
+        let job::Path::raster(raster) = &job.path;
+        path::chord::check(&tool_path, surface, raster.chord_error.0).map_err(one)?;
         if until == Until::Path {
             self.planned.path = Some(tool_path);
             return Ok(());
@@ -227,7 +229,6 @@ impl Passes<'_> {
 
         self.watch.pass("dwell");
         let job::Dwell::corrective(corrective) = &job.dwell;
-        let job::Path::raster(raster) = &job.path;
         let speed_step = speed_step(controller);
         let task = dwell::Task {
             path: tool_path,
@@ -235,6 +236,7 @@ impl Passes<'_> {
             error: &error_map.grid,
             clear: &job.workpiece.clear,
             edge: &job.workpiece.edge,
+            surface,
             influence: &influence,
             azimuth: job.tool.azimuth(),
             dwell: corrective,

@@ -92,6 +92,7 @@ impl Run {
             error: &self.error,
             clear: &self.clear,
             edge: &self.edge,
+            surface: &Plane {},
             influence: &self.influence,
             azimuth: 0.0,
             dwell: &self.dwell,
@@ -183,7 +184,7 @@ fn predicting_again_gives_the_same() {
     let run = run(map(0.4e-3, bump));
     let outcome = run.good();
     let footprint = Footprint::of(&run.influence, 0.0);
-    let again = predict(outcome.timed.clone(), &footprint, &run.error, &run.clear, &run.dwell).expect("a prediction");
+    let again = predict(outcome.timed.clone(), &footprint, &Plane {}, &run.error, &run.clear, &run.dwell).expect("a prediction");
     let bits = |grid: &Grid| grid.values.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
     assert_eq!(bits(&again.removal), bits(&outcome.removal));
     assert_eq!(bits(&again.residual), bits(&outcome.residual));
@@ -320,6 +321,7 @@ fn an_off_centre_spot_is_led_the_other_way() {
             line_pitch: run.pitch,
             error: &run.error,
             clear: &run.clear,
+            surface: &Plane {},
             edge: &run.edge,
             influence: &run.influence,
             azimuth,

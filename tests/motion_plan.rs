@@ -11,10 +11,11 @@ use polishc::diagnostics::{Problem, codes};
 use polishc::dwell::TimedPath;
 use polishc::job::{self, Frame, Quaternion, RobotCell, Rotation};
 use polishc::motion::arm::Arm;
-use polishc::motion::contact::{Azimuth, orientation};
+use polishc::motion::contact::orientation;
 use polishc::motion::frames::{FrameChain, between, matrix, turn, wxyz};
 use polishc::motion::{Checked, Motion, Purpose, Request, Transform, Travel, plan};
 use polishc::path::Link;
+use polishc::tool::Azimuth;
 use polishc::units::si::{Angle, AngularSpeed, Length, Mass, Speed};
 use std::f64::consts::PI;
 

@@ -5,7 +5,7 @@
 
 use super::arm::{Branch, Joints, Solution};
 use super::cell::Station;
-use super::contact::{Azimuth, orientation, raised};
+use super::contact::{orientation, raised};
 use super::fault::{Fault, Place, Stage, in_millimetres};
 use super::follow::{Broken, Follower, Poses, Seen};
 use super::joint_move::{Column, TooNear};
@@ -15,6 +15,7 @@ use super::{configuration, frames, joint_move, time};
 use crate::diagnostics::{Problem, codes};
 use crate::dwell::TimedPath;
 use crate::job;
+use crate::tool::Azimuth;
 use rayon::prelude::*;
 
 /// Points handled by one task; constant, so that errors are found in the same order with any number of threads.

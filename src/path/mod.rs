@@ -85,8 +85,7 @@ pub struct ToolPath {
 ///
 /// # Errors
 ///
-/// E0645 if the part has a hole and the path does not say what happens there, and those of [`raster::plan`] and
-/// [`chord::check`].
+/// E0645 if the part has a hole and the path does not say what happens there, and those of [`raster::plan`].
 pub fn plan(
     path: &job::Path,
     workpiece: &job::Workpiece,
@@ -101,9 +100,7 @@ pub fn plan(
              or harmless to what lies behind)",
         ));
     }
-    let path = raster::plan(raster, surface, most_points)?;
-    chord::check(&path, surface, raster.chord_error.0)?;
-    Ok(path)
+    raster::plan(raster, surface, most_points)
 }
 
 #[cfg(test)]

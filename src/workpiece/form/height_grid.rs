@@ -218,8 +218,9 @@ mod tests {
         assert!(Spline::through(&grid(3, 9, f)).is_none());
     }
 
-    /// A sphere of 300 mm radius on pixels of 2 mm: the spline is off by (5/384) h⁴ of its fourth derivative, 3/R³ in the
-    /// middle: 2e-14 m, and its slope by h³/24 of it: 4e-11.
+    /// A sphere of 300 mm radius on pixels of 2 x 3 mm: a cubic spline is off by at most (5/384) h⁴ of the fourth derivative,
+    /// 3/R³ = 111 /m³ in the middle: 1.4e-10 m for both axes; its slope by h³/24 of it: 1.3e-7. Towards the rim the
+    /// derivative grows a little.
     #[test]
     fn a_sphere_is_met_closely() {
         let sphere = |x: f64, y: f64| 0.3 - (0.09 - x * x - y * y).sqrt();
@@ -227,8 +228,8 @@ mod tests {
         for (x, y) in [(0.0011, 0.0007), (0.013, -0.0093), (0.0307, 0.0211)] {
             let found = spline.at(x, y).expect("inside");
             let root = (0.09 - x * x - y * y).sqrt();
-            assert!((found.sag - sphere(x, y)).abs() < 1e-12);
-            assert!((found.slope[0] - x / root).abs() < 1e-8 && (found.slope[1] - y / root).abs() < 1e-8);
+            assert!((found.sag - sphere(x, y)).abs() < 2e-10);
+            assert!((found.slope[0] - x / root).abs() < 2e-7 && (found.slope[1] - y / root).abs() < 2e-7);
         }
     }
 
