@@ -6,8 +6,8 @@
 use polishc::dwell::least_squares::LinearOperator;
 use polishc::dwell::removal::{Removal, Samples, Window};
 use polishc::dwell::{Footprint, Task, predict, solve};
-use polishc::job::{Annulus, Aperture, Circle, Corrective, FreePiston, Lines, Piston, Plane, Raster};
 use polishc::height_map::Grid;
+use polishc::job::{Annulus, Aperture, Circle, Corrective, FreePiston, Lines, Piston, Plane, Raster};
 use polishc::path::{ToolPath, raster};
 use polishc::tool::InfluenceFunction;
 use polishc::units::si::{Acceleration, Angle, Length, Range, Speed};

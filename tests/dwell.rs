@@ -6,8 +6,8 @@ use polishc::diagnostics::codes::*;
 use polishc::dwell::removal::{Samples, Window, deposit};
 use polishc::dwell::speed::{Limits, Segments, times};
 use polishc::dwell::{Footprint, Outcome, Task, check_segment_times, predict, solve};
-use polishc::job::*;
 use polishc::height_map::Grid;
+use polishc::job::*;
 use polishc::path::{ToolPath, raster};
 use polishc::tool::InfluenceFunction;
 use polishc::units::si::*;
@@ -184,7 +184,8 @@ fn predicting_again_gives_the_same() {
     let run = run(map(0.4e-3, bump));
     let outcome = run.good();
     let footprint = Footprint::of(&run.influence, 0.0);
-    let again = predict(outcome.timed.clone(), &footprint, &Plane {}, &run.error, &run.clear, &run.dwell).expect("a prediction");
+    let again = predict(outcome.timed.clone(), &footprint, &Plane {}, &run.error, &run.clear, &run.dwell)
+        .expect("a prediction");
     let bits = |grid: &Grid| grid.values.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
     assert_eq!(bits(&again.removal), bits(&outcome.removal));
     assert_eq!(bits(&again.residual), bits(&outcome.residual));

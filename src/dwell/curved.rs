@@ -208,7 +208,8 @@ pub(super) fn check(
         x * 1e3,
         y * 1e3
     );
-    let help = |angle: f64| format!("use a spot of at most {:.1} mm diameter", (angle / curvature * 2e4).floor() / 10.0);
+    let help =
+        |angle: f64| format!("use a spot of at most {:.1} mm diameter", (angle / curvature * 2e4).floor() / 10.0);
     if angle > LARGEST_ANGLE {
         return Err(Problem::error(codes::E0709, "tool.influence", message)
             .note("the removal of a spot is known on a plane; on a surface that turns so much it says nothing")
@@ -270,7 +271,8 @@ mod tests {
         let footprint = gaussian(1e-8, SIGMA, 6e-3);
         let timed = timed(&Slope(0.0), 1e-3, -0.7e-3);
         let curved = Relief::of(&Slope(0.0), &window()).expect("not called a plane");
-        let (found, flat) = (curved.removal(&timed, &footprint, &LIMITS), prediction::removal(&timed, &footprint, &LIMITS, &window()));
+        let (found, flat) =
+            (curved.removal(&timed, &footprint, &LIMITS), prediction::removal(&timed, &footprint, &LIMITS, &window()));
         let greatest = flat.iter().fold(0.0f64, |m, d| m.max(*d));
         let worst = flat.iter().zip(&found).fold(0.0f64, |m, (a, b)| m.max((a - b).abs()));
         // Both tables are within 2e-4; the rim of the cut, 1.1 % of the peak, is smeared over an eighth of a pixel by one

@@ -2,8 +2,8 @@
 //!
 //! In: a [`Task`]. Out: an [`Outcome`], or what makes the run impossible, with the number that would mend it.
 
-use super::feasibility::{check_base, check_resolution, check_solved, check_start, limits};
 use super::curved::{self, Relief};
+use super::feasibility::{check_base, check_resolution, check_solved, check_start, limits};
 use super::field::Field;
 use super::footprint::{Footprint, floor_depth};
 use super::least_squares::{self, Base, LinearOperator, Stop, Wanted};
@@ -11,8 +11,8 @@ use super::removal::{Removal, Samples, Window};
 use super::speed::{self, Limits, Segments};
 use super::{TimedPath, prediction};
 use crate::diagnostics::{Problem, codes};
-use crate::job::{Aperture, Corrective};
 use crate::height_map::Grid;
+use crate::job::{Aperture, Corrective};
 use crate::path::{self, Link, ToolPath};
 use crate::tool::InfluenceFunction;
 use crate::workpiece::form::Surface;
@@ -272,7 +272,10 @@ impl Solver<'_> {
             start = times;
         }
         // Without a finite residual there is nothing to follow: the slowest speeds remove most and hide nothing.
-        best.unwrap_or_else(|| Solved { rms: f64::INFINITY, speeds: vec![self.limits.least; self.segments.length.len()] })
+        best.unwrap_or_else(|| Solved {
+            rms: f64::INFINITY,
+            speeds: vec![self.limits.least; self.segments.length.len()],
+        })
     }
 }
 

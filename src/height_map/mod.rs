@@ -11,8 +11,8 @@ mod orientation;
 mod raw_map;
 
 pub use grid::Grid;
-pub use orientation::{Picture, lay};
 pub(crate) use orientation::valid_middle;
+pub use orientation::{Picture, lay};
 pub use raw_map::{Format, RawMap};
 
 use crate::diagnostics::{Problem, codes};

@@ -123,7 +123,8 @@ mod tests {
         let everywhere = vec![true; 900];
         for order in [ZernikeOrder::fringe, ZernikeOrder::noll] {
             let found = pvr(&map, &everywhere, order).expect("enough pixels");
-            let (low, high) = map.values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
+            let (low, high) =
+                map.values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
             assert!((found.pv_of_fit - (high - low)).abs() < 1e-12 * (high - low));
             assert!(found.rms_of_residual < 1e-12 * (high - low));
         }

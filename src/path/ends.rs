@@ -64,8 +64,8 @@ pub fn check(
             "the tool stands still {:.3} mm {side} the edge at x {:.3} mm, y {:.3} mm, where its spot of {:.3} mm \
              radius still touches the part",
             least_overrun.abs() * 1e3,
-            x * 1e3,
-            y * 1e3,
+            x * 1e3 + 0.0,
+            y * 1e3 + 0.0,
             spot_radius * 1e3
         );
         return Err(Problem::error(codes::E0644, "path.over", message)

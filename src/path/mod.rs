@@ -146,7 +146,8 @@ mod tests {
             chord_error: Length(1e-5),
             holes: None,
         };
-        let problem = plan(&Path::raster(raster.clone()), &workpiece(ring.clone()), &Plane {}, MOST_POINTS).unwrap_err();
+        let problem =
+            plan(&Path::raster(raster.clone()), &workpiece(ring.clone()), &Plane {}, MOST_POINTS).unwrap_err();
         assert_eq!(problem.code, codes::E0645);
         raster.holes = Some(Crossing::cross(Cross { process: OnOff::on }));
         let path = plan(&Path::raster(raster.clone()), &workpiece(ring), &Plane {}, MOST_POINTS).expect("a path");

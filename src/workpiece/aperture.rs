@@ -27,11 +27,9 @@ pub struct Bounds {
 impl Bounds {
     fn around(points: &[[f64; 2]]) -> Bounds {
         let mut bounds = Bounds { min: [f64::INFINITY; 2], max: [f64::NEG_INFINITY; 2] };
-        for point in points {
-            for axis in 0..2 {
-                bounds.min[axis] = bounds.min[axis].min(point[axis]);
-                bounds.max[axis] = bounds.max[axis].max(point[axis]);
-            }
+        for [x, y] in points {
+            bounds.min = [bounds.min[0].min(*x), bounds.min[1].min(*y)];
+            bounds.max = [bounds.max[0].max(*x), bounds.max[1].max(*y)];
         }
         bounds
     }
@@ -158,9 +156,10 @@ impl Aperture {
                 let [cx, cy] = self.centre();
                 let along = |p: &[f64; 2]| (p[0] - cx) * direction[0] + (p[1] - cy) * direction[1];
                 let corners = self.vertices().unwrap_or_default();
-                return corners.iter().map(along).fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], t| {
-                    [low.min(t), high.max(t)]
-                });
+                return corners
+                    .iter()
+                    .map(along)
+                    .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], t| [low.min(t), high.max(t)]);
             }
         };
         [-half, half]
@@ -357,8 +356,9 @@ fn polygon_problem(vertices: &[[f64; 2]], field: &str) -> Option<Problem> {
             place(vertices[j]),
             place(vertices[(j + 1) % n])
         );
-        return refuse(format!("{field}.vertices.{j}"), message)
-            .map(|problem| problem.help("name the corners in order round the outline, clockwise or counter-clockwise"));
+        return refuse(format!("{field}.vertices.{j}"), message).map(|problem| {
+            problem.help("name the corners in order round the outline, clockwise or counter-clockwise")
+        });
     }
     None
 }

@@ -90,11 +90,8 @@ pub fn where_it_ends(surface: &dyn Surface, centre: [f64; 2], place: [f64; 2], f
         surface.at(x, y).is_some()
     };
     let [x, y] = place.map(|metres| metres * 1e3);
-    let problem = Problem::error(
-        codes::E0603,
-        field,
-        format!("{what} x {x:.3} mm, y {y:.3} mm, where the form does not exist"),
-    );
+    let problem =
+        Problem::error(codes::E0603, field, format!("{what} x {x:.3} mm, y {y:.3} mm, where the form does not exist"));
     if !exists(0.0) {
         return problem.help("check the numbers of `form`: it does not exist in the middle either");
     }

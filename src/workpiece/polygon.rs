@@ -32,7 +32,7 @@ fn foot(a: [f64; 2], b: [f64; 2], p: [f64; 2]) -> [f64; 2] {
     let (dx, dy) = (b[0] - a[0], b[1] - a[1]);
     let square = dx * dx + dy * dy;
     let along = ((p[0] - a[0]) * dx + (p[1] - a[1]) * dy) / square;
-    let t = if square > 0.0 { along.max(0.0).min(1.0) } else { 0.0 };
+    let t = if square > 0.0 { along.clamp(0.0, 1.0) } else { 0.0 };
     [a[0] + t * dx, a[1] + t * dy]
 }
 
@@ -89,9 +89,8 @@ pub fn crossing(vertices: &[[f64; 2]]) -> Option<[usize; 2]> {
 /// Whether two sides have a point in common.
 fn touch(a: [f64; 2], b: [f64; 2], c: [f64; 2], d: [f64; 2]) -> bool {
     let turn = |a: [f64; 2], b: [f64; 2], p: [f64; 2]| (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0]);
-    let between = |a: [f64; 2], b: [f64; 2], p: [f64; 2]| {
-        (0..2).all(|i| p[i] >= a[i].min(b[i]) && p[i] <= a[i].max(b[i]))
-    };
+    let between =
+        |a: [f64; 2], b: [f64; 2], p: [f64; 2]| (0..2).all(|i| p[i] >= a[i].min(b[i]) && p[i] <= a[i].max(b[i]));
     let (ta, tb, tc, td) = (turn(c, d, a), turn(c, d, b), turn(a, b, c), turn(a, b, d));
     if (ta > 0.0) != (tb > 0.0) && (tc > 0.0) != (td > 0.0) && ta != 0.0 && tb != 0.0 && tc != 0.0 && td != 0.0 {
         return true;

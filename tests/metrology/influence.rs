@@ -1,8 +1,8 @@
 //! Influence functions: the Gaussian in closed form, and spots from maps.
 
 use polishc::diagnostics::Problem;
-use polishc::job::{self, Direction, Empty, Measured, Origin, PixelAt, Positive, Quantity, View};
 use polishc::height_map::npy;
+use polishc::job::{self, Direction, Empty, Measured, Origin, PixelAt, Positive, Quantity, View};
 use polishc::source::MemoryFiles;
 use polishc::tool::{InfluenceFunction, part_to_tool};
 use polishc::units::si::{AngularSpeed, Length, Time};

@@ -2,8 +2,8 @@
 
 use crate::workpiece::{annulus, circle, map, mm, part, rectangle};
 use polishc::diagnostics::Problem;
-use polishc::job::{Direction, Empty, HeightMap, MapCentre, PixelAt, Positive, Quantity, Term, View, Workpiece};
 use polishc::height_map::{Format, Grid, RawMap, metropro, npy, read};
+use polishc::job::{Direction, Empty, HeightMap, MapCentre, PixelAt, Positive, Quantity, Term, View, Workpiece};
 use polishc::metrology::{self, ErrorMap};
 use polishc::source::MemoryFiles;
 use polishc::units::si::{Area, Length};

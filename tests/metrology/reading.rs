@@ -243,10 +243,7 @@ fn arrays_of_every_real_type_and_order_read_the_same() {
         assert_eq!((map.rows, map.columns, &map.values[..]), (2, 3, &signed[..]), "{descr}");
     }
     let unsigned = [1.0, 2.0, 3.0, 4.0, 5.0, 60000.0];
-    let map = read(
-        &array("<u2", "False", "(2, 3)", &bytes_of(unsigned.map(|v| (v as u16).to_le_bytes()))),
-        "a.npy",
-    );
+    let map = read(&array("<u2", "False", "(2, 3)", &bytes_of(unsigned.map(|v| (v as u16).to_le_bytes()))), "a.npy");
     assert_eq!(map.unwrap().values, unsigned);
     // Fortran order: columns one after the other.
     let columns = [1.0, -4.0, 2.0, 5.0, 3.0, 6.0];

@@ -55,11 +55,8 @@ impl SurfacePoint {
         let along = if umbilic { [1.0, 0.0] } else { direction(low) };
         let along = self.lifted(along);
         let n = self.normal();
-        let across = [
-            n[1] * along[2] - n[2] * along[1],
-            n[2] * along[0] - n[0] * along[2],
-            n[0] * along[1] - n[1] * along[0],
-        ];
+        let across =
+            [n[1] * along[2] - n[2] * along[1], n[2] * along[0] - n[0] * along[2], n[0] * along[1] - n[1] * along[0]];
         [
             PrincipalCurvature { curvature: low, direction: along },
             PrincipalCurvature { curvature: high, direction: across },

@@ -62,13 +62,13 @@ impl Spline {
         let wide = self.columns + 2;
         // Sums along x of the value and its two derivatives, for each of the four rows.
         let mut sums = [[0.0; 3]; 3];
-        for j in 0..4 {
-            let line = &self.coefficients[(row + j) * wide + column..][..4];
+        for (j, line) in self.coefficients[row * wide..].chunks_exact(wide).take(4).enumerate() {
+            let line = &line[column..column + 4];
             let along = |b: &[f64; 4]| line[0] * b[0] + line[1] * b[1] + line[2] * b[2] + line[3] * b[3];
-            let x_sums = [along(&bx[0]), along(&bx[1]), along(&bx[2])];
-            for (order, sum) in sums.iter_mut().enumerate() {
-                for (k, x_sum) in x_sums.iter().enumerate() {
-                    sum[k] += by[order][j] * x_sum;
+            let x_sums = bx.each_ref().map(along);
+            for (sum, weights) in sums.iter_mut().zip(&by) {
+                for (sum, x_sum) in sum.iter_mut().zip(x_sums) {
+                    *sum += weights[j] * x_sum;
                 }
             }
         }
@@ -184,8 +184,13 @@ mod tests {
     use proptest::prelude::*;
 
     fn grid(columns: usize, rows: usize, height: impl Fn(f64, f64) -> f64) -> Grid {
-        let mut grid =
-            Grid { columns, rows, pixel: [2e-3, 3e-3], origin: [-0.01, -0.02], values: Vec::with_capacity(columns * rows) };
+        let mut grid = Grid {
+            columns,
+            rows,
+            pixel: [2e-3, 3e-3],
+            origin: [-0.01, -0.02],
+            values: Vec::with_capacity(columns * rows),
+        };
         for i in 0..columns * rows {
             let [x, y] = grid.position(i / columns, i % columns);
             grid.values.push(height(x, y));
@@ -204,13 +209,9 @@ mod tests {
                 let (x, y) = (-0.01 + a * wide, -0.02 + b * high);
                 let found = spline.at(x, y).expect("inside");
                 assert!((found.sag - f(x, y)).abs() < 1e-16, "{columns} {rows} {a} {b}");
-                let slope = [
-                    0.9 * x * x - y * y + 4.0 * x * y * y * y,
-                    -2.0 * x * y + 6.0 * x * x * y * y + 0.5,
-                ];
+                let slope = [0.9 * x * x - y * y + 4.0 * x * y * y * y, -2.0 * x * y + 6.0 * x * x * y * y + 0.5];
                 assert!((0..2).all(|i| (found.slope[i] - slope[i]).abs() < 1e-12), "{found:?} {slope:?}");
-                let second =
-                    [1.8 * x + 4.0 * y * y * y, -2.0 * y + 12.0 * x * y * y, -2.0 * x + 12.0 * x * x * y];
+                let second = [1.8 * x + 4.0 * y * y * y, -2.0 * y + 12.0 * x * y * y, -2.0 * x + 12.0 * x * x * y];
                 assert!((0..3).all(|i| (found.second[i] - second[i]).abs() < 1e-9), "{found:?} {second:?}");
             }
             assert!(spline.at(-0.01 - 1e-6, 0.0).is_none() && spline.at(0.0, -0.02 + high + 1e-6).is_none());

@@ -76,9 +76,8 @@ impl Surface for Segment {
             }
             // F(x, y, w) = P_z - z(P_x, P_y) = 0; each argument moves P along one axis of the part.
             let [xx, xy, yy] = parent.second;
-            let bend = |a: [f64; 3], b: [f64; 3]| {
-                -(xx * a[0] * b[0] + xy * (a[0] * b[1] + a[1] * b[0]) + yy * a[1] * b[1])
-            };
+            let bend =
+                |a: [f64; 3], b: [f64; 3]| -(xx * a[0] * b[0] + xy * (a[0] * b[1] + a[1] * b[0]) + yy * a[1] * b[1]);
             let slope = [self.x, self.y].map(|axis| -along(axis) / rate);
             let axes = [self.x, self.y];
             let second = |i: usize, j: usize| {

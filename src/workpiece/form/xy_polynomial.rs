@@ -94,12 +94,7 @@ mod tests {
             y_power: *y_power,
             coefficient: Length(*a),
         };
-        XyPolynomial {
-            base: Box::new(base),
-            sag,
-            normalisation: Length(0.1),
-            terms: terms.iter().map(term).collect(),
-        }
+        XyPolynomial { base: Box::new(base), sag, normalisation: Length(0.1), terms: terms.iter().map(term).collect() }
     }
 
     #[test]
