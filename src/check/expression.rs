@@ -241,6 +241,7 @@ impl Checker<'_> {
                 *element = self.conform(found, expr, Some(&want));
             }
         }
+        self.say_twice(&typed);
         let length = typed.len();
         if length > 0 && ty.is_failed() {
             return Typed::failed(span);
@@ -251,6 +252,21 @@ impl Checker<'_> {
             return Typed::failed(span);
         }
         Typed { span, ty: Type::List(Box::new(ty), Some(length)), kind: TypedKind::List(typed) }
+    }
+
+    /// A list of words is a set: one that stands there twice says nothing, so it was not meant.
+    fn say_twice(&mut self, elements: &[Typed]) {
+        for (index, element) in elements.iter().enumerate() {
+            let TypedKind::Symbol(word) = &element.kind else { continue };
+            let Some(first) = elements[..index].iter().find(|other| other.kind == element.kind) else { continue };
+            let before = Span { start: elements[index - 1].span.end, end: element.span.end, ..element.span };
+            self.say(
+                Diagnostic::error(codes::E0416, element.span, format!("`{word}` stands twice in this list"))
+                    .also(first.span, "the first one")
+                    .help("keep one")
+                    .suggest(before, ""),
+            );
+        }
     }
 
     fn range(&mut self, place: Place, from: &Expr, to: &Expr, span: Span, want: Option<&Want>) -> Typed {

@@ -7,7 +7,7 @@
 use super::library::{self, LibraryFile};
 use super::similar::nearest;
 use super::types::listed;
-use crate::diagnostics::{Diagnostic, codes};
+use crate::diagnostics::{Diagnostic, Severity, codes};
 use crate::source::{FileError, FileId, FileProvider, Sources, Span};
 use crate::syntax;
 use crate::syntax::ast::{Ast, Expr, ExprKind, ItemKind, Name, Type as TypeSyntax, TypeKind, UsePath};
@@ -148,7 +148,8 @@ impl Loader<'_> {
     fn file(&mut self, path: &str, text: String, library: Option<&'static LibraryFile>) -> ModuleId {
         let file = self.out.sources.add(path, text.as_str());
         let (ast, mistakes) = syntax::parse(file, &text);
-        let broken: Vec<Span> = mistakes.iter().filter_map(|d| d.primary.as_ref()).map(|label| label.span).collect();
+        let errors = mistakes.iter().filter(|mistake| mistake.severity == Severity::Error);
+        let broken: Vec<Span> = errors.filter_map(|d| d.primary.as_ref()).map(|label| label.span).collect();
         self.out.diagnostics.extend(mistakes);
         let id = ModuleId(self.out.modules.len());
         self.known.insert(path.to_string(), id);
@@ -160,18 +161,25 @@ impl Loader<'_> {
         self.out.modules.push(Module { file, path: path.to_string(), library, ast, broken, uses: Vec::new() });
         self.chain.push(id);
         for used in uses {
-            let found = match used {
-                UsePath::Module(words) => self.use_library(&words),
-                UsePath::File { path, span } => self.use_file(id, &path, span),
-            };
-            self.out.modules[id.0].uses.extend(found);
+            match used {
+                UsePath::Module(words) => {
+                    let found = self.use_library(&words);
+                    self.out.modules[id.0].uses.extend(found);
+                }
+                UsePath::File { path, span } => {
+                    let found = self.use_file(id, &path, span);
+                    self.out.modules[id.0].uses.extend(found);
+                }
+            }
         }
         self.chain.pop();
         id
     }
 
-    fn use_library(&mut self, words: &[Name]) -> Option<Use> {
-        let (first, last) = (words.first()?, words.last()?.clone());
+    /// What a `use` of stdlib brings. Of a name that does not exist, the names that it most likely meant, so that nobody
+    /// calls them unknown where they are used.
+    fn use_library(&mut self, words: &[Name]) -> Vec<Use> {
+        let (Some(first), Some(last)) = (words.first(), words.last().cloned()) else { return Vec::new() };
         let span = first.span.to(last.span);
         let written = words.iter().map(|word| word.text.as_str()).collect::<Vec<_>>().join(".");
         let module = written.strip_prefix("std.").unwrap_or_default();
@@ -186,21 +194,35 @@ impl Loader<'_> {
                     )
                     .help("delete this line"),
                 );
-                return None;
+                return Vec::new();
             }
             let known = self.known.get(file.path).copied();
             let module = known.unwrap_or_else(|| self.file(file.path, file.text.to_string(), Some(file)));
-            return Some(Use { name: last, module: Some(module), whole: false });
+            return vec![Use { name: last, module: Some(module), whole: false }];
         }
+        let failed = |text: &str| Use { name: Name { text: text.into(), span }, module: None, whole: false };
+        let mut brought = vec![failed(&last.text)];
         let mut diagnostic = Diagnostic::error(codes::E0203, span, format!("there is no module `{written}`"));
         let names: Vec<String> = usable().map(|file| format!("std.{}", file.module)).collect();
-        if let Some(near) = nearest(&written, names.iter().map(String::as_str)) {
+        let near = nearest(&written, names.iter().map(String::as_str)).or_else(|| {
+            // `std.irc5`, `irc5`: the last word alone says which one is meant.
+            let mut same = names.iter().filter(|name| name.rsplit('.').next() == Some(last.text.as_str()));
+            let only = same.next().filter(|_| same.next().is_none());
+            only.map(String::as_str)
+        });
+        if let Some(near) = near {
+            brought.extend(near.rsplit('.').next().filter(|word| *word != last.text).map(failed));
             diagnostic = diagnostic.help(format!("did you mean `{near}`?")).suggest(span, near);
+        } else if let ([file, suffix], "polish") = (words, last.text.as_str()) {
+            brought.push(failed(&file.text));
+            diagnostic = diagnostic
+                .help(format!("a file is used by its name in quotes: `\"{}.{}\"`", file.text, suffix.text))
+                .suggest(span, format!("\"{}.{}\"", file.text, suffix.text));
         } else if first.text != "std" {
             diagnostic = diagnostic.help("a module's name begins with `std`; a file is used by its name in quotes");
         }
         self.out.diagnostics.push(diagnostic.note(format!("modules: {}", listed(names.iter().map(String::as_str)))));
-        Some(Use { name: last, module: None, whole: false })
+        brought
     }
 
     fn use_file(&mut self, from: ModuleId, said: &str, span: Span) -> Option<Use> {
@@ -216,7 +238,9 @@ impl Loader<'_> {
                 )
                 .help("name the file in small letters, digits and `_`, ending in `.polish`: `cell.polish`"),
             );
-            return None;
+            // A file whose ending is misspelt would have brought its name.
+            let text = said.rsplit('/').next().and_then(|last| last.split('.').next()).unwrap_or_default().to_string();
+            return (!text.is_empty()).then_some(Use { name: Name { text, span }, module: None, whole: true });
         }
         let name = Name { text: stem.to_string(), span };
         let resolved = self.files.resolve(&self.out.modules[from.0].path, said).map_err(Unusable::File);

@@ -138,8 +138,15 @@ impl Checker<'_> {
         module.broken.iter().any(|place| !inside(place))
     }
 
+    /// Whether the word may be what a `use` that failed would have brought: of `use "cel.polish"`, `cell`.
+    fn is_near_failed(&self, module: ModuleId, word: &str) -> bool {
+        let values = &self.scopes[module.0].values;
+        let failed = values.iter().filter(|(_, (binding, _))| matches!(binding, Binding::Failed));
+        nearest(word, failed.map(|(name, _)| name.as_str())).is_some()
+    }
+
     fn say_unknown_value(&mut self, place: Place, word: &str, span: Span, want: Option<&Want>) {
-        if self.may_be_broken(place.module) {
+        if self.may_be_broken(place.module) || self.is_near_failed(place.module, word) {
             return;
         }
         let scope = &self.scopes[place.module.0];

@@ -133,6 +133,7 @@ codes! {
     E0410
     E0412
     E0413
+    E0416
     W0401
     // files and metrology
     E0500

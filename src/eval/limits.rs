@@ -109,6 +109,9 @@ impl Evaluator<'_> {
             known.iter().map(|(name, value)| format!("`{name}` is {}", self.shown(value))).collect();
         let message = format!("`{text}` must hold in `{schema}`, but {}", facts.join(" and "));
         let place = known.first().map_or(span, |(_, value)| value.span);
+        // That one of the values is unusual besides is no second mistake.
+        let same = |d: &Diagnostic| d.primary.as_ref().is_some_and(|p| known.iter().any(|(_, v)| v.span == p.span));
+        self.diagnostics.retain(|d| d.code != codes::W0401 || !same(d));
         let mut diagnostic = Diagnostic::error(codes::E0405, place, message);
         for (name, value) in known.iter().skip(1) {
             diagnostic = diagnostic.also(value.span, format!("`{name}`"));

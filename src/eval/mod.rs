@@ -17,8 +17,9 @@ use crate::check::types::Vocabulary;
 use crate::check::{self, Checked, CheckedJob, given_fields, load};
 use crate::diagnostics::{Diagnostic, Severity, codes};
 use crate::job::{Job, Origins};
-use crate::source::{FileProvider, Sources, Span};
+use crate::source::{FileId, FileProvider, Sources, Span};
 use evaluate::{Evaluator, Surroundings};
+use std::collections::BTreeSet;
 use value::{Value, ValueKind};
 
 /// What the caller may choose.
@@ -72,11 +73,16 @@ pub struct ParamValue {
 pub fn compile(files: &dyn FileProvider, path: &str, options: &Options) -> Compiled {
     let mut loaded = load::load(files, path, &options.sets);
     let (checked, mistakes) = check::check(&loaded, files);
+    let doubtful = doubtful_lines(&loaded);
     let said = std::mem::take(&mut loaded.diagnostics).into_iter().chain(mistakes).collect();
     let mut evaluator = Evaluator::new(&checked, &loaded.sources, said);
     let chosen = chosen_jobs(&checked, options, &mut evaluator.diagnostics);
     let jobs: Vec<CompiledJob> = chosen.into_iter().filter_map(|job| evaluator.job(job)).collect();
-    let diagnostics = in_order(evaluator.diagnostics);
+    let mut diagnostics = in_order(evaluator.diagnostics);
+    diagnostics.retain(|d| {
+        let place = d.primary.as_ref().map(|label| line_of(&loaded.sources, label.span));
+        is_syntax(d) || place.is_none_or(|place| !doubtful.contains(&place))
+    });
     let failed = diagnostics.iter().any(|d| d.severity == Severity::Error);
     let jobs = if failed { Vec::new() } else { jobs };
     Compiled { sources: loaded.sources, diagnostics, jobs, vocabulary: checked.vocabulary }
@@ -91,6 +97,22 @@ pub fn library() -> Compiled {
     evaluator.defaults_keep_to_limits();
     let diagnostics = in_order(evaluator.diagnostics);
     Compiled { sources: loaded.sources, diagnostics, jobs: Vec::new(), vocabulary: checked.vocabulary }
+}
+
+fn line_of(sources: &Sources, span: Span) -> (FileId, usize) {
+    (span.file, sources.line_column(span.file, span.start as usize).0)
+}
+
+fn is_syntax(diagnostic: &Diagnostic) -> bool {
+    diagnostic.code.as_str().starts_with("E01")
+}
+
+/// The lines with a bracket too many or too few, or with a unit that is none: what stands in which record there is a guess, and what follows from the
+/// guess is no second mistake.
+fn doubtful_lines(loaded: &load::Loaded) -> BTreeSet<(FileId, usize)> {
+    let doubtful = |d: &&Diagnostic| [codes::E0102, codes::E0103, codes::E0113].contains(&d.code);
+    let places = loaded.diagnostics.iter().filter(doubtful).filter_map(|d| d.primary.as_ref());
+    places.map(|label| line_of(&loaded.sources, label.span)).collect()
 }
 
 fn chosen_jobs<'c>(checked: &'c Checked, options: &Options, diagnostics: &mut Vec<Diagnostic>) -> Vec<&'c CheckedJob> {

@@ -8,7 +8,7 @@
 //! what was meant, so a correct file means the same however it is indented, and one bracket error is said for a chunk.
 
 use super::lexemes::{Bracket, Lexed, Lexeme, LexemeKind};
-use crate::diagnostics::{Diagnostic, codes};
+use crate::diagnostics::{Diagnostic, Suggestion, codes};
 use crate::source::{FileId, Span};
 
 /// How deep brackets may stand in each other. Jobs nest six to ten deep; every later pass recurses over the tree.
@@ -107,7 +107,7 @@ pub fn entries(file: FileId, text: &str, lexed: &Lexed, diagnostics: &mut Vec<Di
             matcher = Matcher::run(file, text, lexemes, from..to, groups, is_indented(&lexemes[from + 1..to]));
             // What an unclosed comment or text swallowed may have held the closing brackets.
             let swallowed = (lexed.cut_short && to == lexemes.len())
-                || lexemes[from..to].iter().any(|lexeme| lexeme.kind == LexemeKind::Text && lexeme.lost);
+                || lexemes[from..to].iter().any(|lexeme| lexeme.lost && lexeme.kind != LexemeKind::Number);
             // A bracket beyond the depth limit that is not closed either is one mistake, said already.
             if !swallowed && !matcher.too_deep {
                 diagnostics.push(matcher.bracket_error.unwrap_or(by_brackets));
@@ -341,6 +341,19 @@ impl<'a> Matcher<'a> {
             self.end_entry();
             return;
         }
+        // Of several commas in a row the first that is too many is said, with the mend for all of them.
+        let row = Span { start: self.lexemes[at.saturating_sub(1)].start, ..self.span(at) };
+        if let Some(last) = self.others.last_mut()
+            && last.code == codes::E0111
+            && last.suggestions.last().is_some_and(|mend| mend.span.start == row.start)
+            && self.text[row.start as usize + 1..row.end as usize - 1].trim().is_empty()
+        {
+            last.suggestions.push(Suggestion {
+                span: Span { file: self.file, start: self.lexemes[at].start, end: self.lexemes[at].end },
+                replacement: String::new(),
+            });
+            return;
+        }
         self.others.push(
             Diagnostic::error(codes::E0111, self.span(at), "this comma has nothing before it")
                 .note("an entry ends at a comma or at the end of its line, and one trailing comma is allowed")
@@ -401,7 +414,13 @@ impl<'a> Matcher<'a> {
                     let waits = format!("this waits for `{}`", opener.bracket.closer());
                     diagnostic = diagnostic.also(self.span(opener.lexeme), waits);
                 }
-                self.bracket_error.get_or_insert(diagnostic.help("delete it, or write the bracket that it closes"));
+                // By the lines around it there is no other reading.
+                let sure = self.stack.len().checked_sub(1).is_some_and(|top| self.is_too_many(top, at));
+                let span = self.span(at);
+                self.bracket_error.get_or_insert(match sure {
+                    true => diagnostic.help("delete it").suggest(span, ""),
+                    false => diagnostic.help("delete it, or write the bracket that it closes"),
+                });
             }
         }
     }
@@ -418,7 +437,7 @@ impl<'a> Matcher<'a> {
             }
         }
         if self.stack[top].bracket == bracket {
-            return Some(top);
+            return (!self.is_too_many(top, at)).then_some(top);
         }
         let level = (0..top).rev().find(|&l| self.stack[l].bracket == bracket)?;
         let same_line = |o: &Opener| self.lexemes[o.lexeme].line == closer.line;
@@ -426,14 +445,43 @@ impl<'a> Matcher<'a> {
         inward.then_some(level)
     }
 
+    /// The `//` on the line of an opener behind which its closer stands: `speed: 50 mm//s }`.
+    fn hidden_closer(&self, opener: usize, close: &str) -> Option<Span> {
+        let line = self.lexemes[opener].line;
+        let last = self.lexemes[opener..].iter().take_while(|lexeme| lexeme.line == line).last()?;
+        let rest = self.text[last.end as usize..].lines().next().unwrap_or("");
+        let blanks = rest.len() - rest.trim_start().len();
+        let comment = rest[blanks..].strip_prefix("//")?;
+        let start = last.end + blanks as u32;
+        comment.contains(close).then_some(Span { file: self.file, start, end: start + 2 })
+    }
+
+    /// Whether a closer behind other words would close a bracket of an earlier line, though the lines after it still stand
+    /// inside that bracket: `}}` for `}`.
+    fn is_too_many(&self, level: usize, at: usize) -> bool {
+        let (opener, closer) = (&self.lexemes[self.stack[level].lexeme], &self.lexemes[at]);
+        if !self.by_indent || closer.begins_line || opener.line == closer.line {
+            return false;
+        }
+        let next = self.lexemes[at..].iter().find(|lexeme| lexeme.begins_line && lexeme.line > closer.line);
+        next.is_some_and(|next| {
+            let closes = matches!(next.kind, LexemeKind::Close(_)) && next.indent == opener.indent;
+            next.indent > opener.indent || closes
+        })
+    }
+
     /// Closes the innermost bracket, whose closer is missing.
     fn close_unclosed(&mut self) {
         if let Some(opener) = self.stack.last() {
             let span = self.span(opener.lexeme);
             let (open, close) = (self.slice(opener.lexeme), opener.bracket.closer());
-            self.bracket_error.get_or_insert_with(|| {
-                Diagnostic::error(codes::E0102, span, format!("this `{open}` is never closed"))
-                    .help(format!("write the `{close}` where what it opens ends"))
+            let hidden = self.hidden_closer(opener.lexeme, close);
+            self.bracket_error.get_or_insert_with(|| match hidden {
+                Some(comment) => Diagnostic::error(codes::E0102, comment, format!("this comment hides a `{close}`"))
+                    .also(span, format!("this `{open}` is never closed"))
+                    .help(format!("write the `{close}` before the comment")),
+                None => Diagnostic::error(codes::E0102, span, format!("this `{open}` is never closed"))
+                    .help(format!("write the `{close}` where what it opens ends")),
             });
             if opener.bracket == Bracket::Round {
                 self.frame_mut().entry.damaged = true;

@@ -245,6 +245,15 @@ impl Reader<'_> {
         }
         let single = single(op);
         if single.is_some() && (left.top == single || right.top == single) {
+            if let Some(first) = self.lost_side(&left) {
+                let operator = self.source(first).to_string();
+                self.say(
+                    Diagnostic::error(codes::E0107, first, format!("`{operator}` has no value after it on its line"))
+                        .note("an entry goes on in the next line after an operator")
+                        .help("write what it is compared with"),
+                );
+                return missing;
+            }
             let (what, help) = match single {
                 Some(Single::Power) => ("powers", "say with parentheses which one is meant: `a^(b^c)` or `(a^b)^c`"),
                 Some(Single::Range) => ("ranges", "a range has two ends: `a .. b`"),
@@ -259,6 +268,13 @@ impl Reader<'_> {
             Infix::Range => ExprKind::Range(lower, upper),
         };
         Operand { expr: Expr { span: whole, kind }, top: single, last: right.last }
+    }
+
+    /// The comparison at the end of a line that has taken the next line for its right side.
+    fn lost_side(&self, left: &Operand) -> Option<Span> {
+        let ExprKind::Binary(_, operator, _, right) = &left.expr.kind else { return None };
+        let between = Span { start: operator.end, end: right.span.start, ..*operator };
+        (left.top == Some(Single::Comparison) && self.source(between).contains('\n')).then_some(*operator)
     }
 
     /// `1/mm`, `1/20 wave`, `kg/m/s`: said.

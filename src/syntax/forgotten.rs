@@ -92,7 +92,9 @@ impl Matcher<'_> {
         let field = headed && self.names_field(at);
         // `require` holds no fields; a line that is one word and nothing more can only be its like.
         let alone = first == last && kind == LexemeKind::Word && lexeme.kind == LexemeKind::Word;
-        if deeper && (field || alone) || !lexeme.begins_line && field && self.is_closed_on_line(at, Bracket::Curly) {
+        let condition = alone && self.slice(first) == "require";
+        let beside = !lexeme.begins_line && (field || condition) && self.is_closed_on_line(at, Bracket::Curly);
+        if deeper && (field || alone) || beside {
             return Some(Bracket::Curly);
         }
         let list = kind == LexemeKind::Colon

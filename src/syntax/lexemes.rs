@@ -90,7 +90,15 @@ pub fn lexemes(file: FileId, text: &str, tokens: &[Token], diagnostics: &mut Vec
         let span = Span { file, start: token.start, end: token.end };
         let (mut mended, mut lost) = (None, false);
         let kind = match token.kind {
-            TokenKind::Blank | TokenKind::Comment { closed: true } => continue,
+            TokenKind::Comment { closed: true } => {
+                if let Some(diagnostic) = comment_in_unit(file, text, token, &lexed.lexemes) {
+                    diagnostics.push(diagnostic);
+                    // What the comment swallowed may have held anything.
+                    lexed.lexemes.iter_mut().last().into_iter().for_each(|unit| unit.lost = true);
+                }
+                continue;
+            }
+            TokenKind::Blank => continue,
             TokenKind::Newline => {
                 (line, line_start, begins_line) = (line + 1, token.end, true);
                 continue;
@@ -152,6 +160,23 @@ pub fn lexemes(file: FileId, text: &str, tokens: &[Token], diagnostics: &mut Vec
     }
     name_keywords(text, &mut lexed.lexemes);
     lexed
+}
+
+/// `50 mm//s`: a slash too many makes the rest of the line a comment. A comment that really stands so close to a unit is
+/// asked to keep a blank.
+fn comment_in_unit(file: FileId, text: &str, comment: &Token, before: &[Lexeme]) -> Option<Diagnostic> {
+    let [.., number, unit] = before else { return None };
+    let rest = text[comment.start as usize..].strip_prefix("//")?;
+    let close = unit.end == comment.start && rest.starts_with(char::is_alphabetic);
+    if !close || unit.kind != LexemeKind::Word || number.kind != LexemeKind::Number || number.line != unit.line {
+        return None;
+    }
+    let place = Span { file, start: comment.start, end: comment.start + 2 };
+    Some(
+        Diagnostic::error(codes::E0113, place, "`//` right after a unit begins a comment")
+            .help("write one `/`, or a blank before the comment")
+            .suggest(place, "/"),
+    )
 }
 
 /// A reserved word is a keyword unless a `:` follows on its line or a `.` stands before it.
