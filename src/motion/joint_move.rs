@@ -3,8 +3,8 @@
 //! In: two joint poses. Out: the seconds it takes, or the place where the tool comes too near to the part.
 //!
 //! What is checked: a ball that stands for the tool (its radius is stated by the caller; it touches the tool centre
-//! point and has its centre on the tool's -z axis) keeps a distance from the glass. The glass is taken for solid below its
-//! surface, all the way down, over path and part. Nothing else of tool, arm or cell is known here. The joint ranges need
+//! point and has its centre on the tool's -z axis) stays out of the glass, which is taken for solid below its surface over
+//! path and part, all the way down, and out of half the travel height above it. Nothing else of tool, arm or cell is known here. The joint ranges need
 //! no samples: between two poses inside them every joint stays inside.
 
 use super::arm::Joints;
@@ -42,13 +42,13 @@ pub(super) struct Glass {
     tops: Vec<f64>,
     /// The path's highest point.
     top: f64,
-    /// The least distance of the ball from the glass.
+    /// How high over the glass the ball must stay.
     least: f64,
     radius: f64,
 }
 
 /// Where a joint move came too near: the tool centre point in the object frame, the ball's distance from the glass
-/// (negative inside it) and the least that is allowed, metres.
+/// (negative inside it) and the least height over it that is allowed, metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct TooNear {
     pub point: [f64; 3],
@@ -91,15 +91,17 @@ impl Glass {
         if centre.z - self.radius >= self.top + self.least {
             return Ok(());
         }
-        let distance = self.distance([centre.x, centre.y, centre.z]) - self.radius;
-        if distance >= self.least {
+        let centre = [centre.x, centre.y, centre.z];
+        if self.distance(centre, self.least) >= self.radius {
             return Ok(());
         }
+        let distance = self.distance(centre, 0.0) - self.radius;
         Err(TooNear { point: [point.x, point.y, point.z], distance, least: self.least })
     }
 
-    /// Distance of a point from the nearest column, metres; inside of one, the negative depth below its top.
-    fn distance(&self, p: [f64; 3]) -> f64 {
+    /// Distance of a point from the nearest column, all of them raised by `raised`, metres; inside of one, the negative
+    /// depth below its top.
+    fn distance(&self, p: [f64; 3], raised: f64) -> f64 {
         let mut nearest = f64::INFINITY;
         for (i, top) in self.tops.iter().enumerate() {
             let place = [i % self.cells[0], i / self.cells[0]];
@@ -108,7 +110,7 @@ impl Glass {
                 let to = from + self.cell[k] + 2.0 * BETWEEN_SAMPLES;
                 (from - p[k]).max(p[k] - to).max(0.0)
             });
-            let above = p[2] - top;
+            let above = p[2] - top - raised;
             let flat = libm::hypot(beside[0], beside[1]);
             let distance = if flat > 0.0 || above >= 0.0 { libm::hypot(flat, above.max(0.0)) } else { above };
             nearest = nearest.min(distance);
@@ -182,7 +184,8 @@ mod tests {
     fn stands(x: f64, height: f64) -> Transform {
         let z = 0.1 - (0.01 - x * x).sqrt();
         let normal = Vector3::new(-x / 0.1, 0.0, (0.1 - z) / 0.1);
-        let turn = UnitQuaternion::rotation_between(&Vector3::z(), &-normal).expect("not opposite");
+        let over = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
+        let turn = UnitQuaternion::rotation_between(&Vector3::z(), &normal).expect("not opposite") * over;
         let at = Vector3::new(x, 0.0, z) + height * normal;
         Transform::from_parts(Translation3::new(at.x, at.y, at.z), turn)
     }

@@ -205,7 +205,7 @@ fn too_near(near: TooNear, field: &str, what: &str) -> Problem {
     } else {
         format!(
             "the joint move {what} would bring the tool within {:.1} mm of the part, with its centre point at {place}; \
-             {:.1} mm are kept clear",
+             {:.1} mm above it are kept clear",
             near.distance * 1e3,
             near.least * 1e3
         )

@@ -251,6 +251,27 @@ mod tests {
         assert_eq!(counts, [1, 1, 3, 5, 5, 3, 1, 1]);
     }
 
+    /// 12 x 10 with a notch of 4 x 6 in its upper side. Lines at y = -5 .. 5 by 2: at -5, -3, -1 one stretch, at 1, 3, 5
+    /// two; points at multiples of 2: -6 .. 6 are 7, and -6 .. -2 with 2 .. 6 are 3 and 3.
+    #[test]
+    fn an_outline_that_turns_inwards_has_several_lines_in_one() {
+        let corners = [(-6, -5), (6, -5), (6, 5), (2, 5), (2, -1), (-2, -1), (-2, 5), (-6, 5)];
+        let place = |(x, y): (i32, i32)| Place { x: Length(f64::from(x) * 1e-3), y: Length(f64::from(y) * 1e-3) };
+        let over = Aperture::polygon(Polygon { vertices: corners.map(place).to_vec() });
+        let path = planned(&raster(over.clone(), 2.0, 2.0, 0.0, Lines::serpentine));
+        let counts: Vec<usize> = path.lines.iter().map(|line| line.points.len()).collect();
+        assert_eq!(counts, [7, 7, 7, 3, 3, 3, 3, 3, 3]);
+        // Backwards on every second line of the lattice: the right stretch first.
+        let ends: Vec<[i32; 2]> = path.lines[3..7]
+            .iter()
+            .map(|line| [line.points.start, line.points.end - 1].map(|i| (path.points.x[i] * 1e3).round() as i32))
+            .collect();
+        assert_eq!(ends, [[6, 2], [-2, -6], [-6, -2], [2, 6]]);
+        // One way always from left to right.
+        let path = planned(&raster(over, 2.0, 2.0, 0.0, Lines::one_way));
+        assert!(path.lines.iter().all(|line| path.points.x[line.points.start] < path.points.x[line.points.end - 1]));
+    }
+
     #[test]
     fn serpentine_never_jumps_and_one_way_never_turns() {
         let path = planned(&raster(circle(50.0), 1.0, 0.5, 20.0, Lines::serpentine));
