@@ -194,8 +194,8 @@ mod tests {
     fn the_rim_decides_and_not_the_highest_point() {
         // A ball of 30 mm, 40 mm to travel, 20 mm to keep.
         let glass = Glass::new(&bowl(), [[-0.06; 2], [0.06; 2]], 0.03, 0.04);
-        // Lifted by 40 mm over the rim the ball leans inwards; over the middle it hangs 40 mm over the bottom and is 40 mm
-        // from the wall nowhere less.
+        // Lifted by 40 mm over the rim the ball leans inwards, its lowest point 34 mm over the rim's height, and no nearer
+        // to the glass.
         for x in [0.06, 0.05, -0.06] {
             assert!(glass.check(&stands(x, 0.04)).is_ok(), "{x}");
         }
@@ -204,11 +204,9 @@ mod tests {
             let near = glass.check(&stands(x, height)).expect_err("too near");
             assert!(near.distance < near.least && (near.least - 0.02).abs() < 1e-15, "{near:?}");
         }
-        // Outside and below the rim, 10 mm beside it: a wall is a wall.
-        let beside = Transform::from_parts(Translation3::new(0.12, 0.0, -0.1), UnitQuaternion::identity());
-        assert!(glass.check(&beside).is_err());
-        let far = Transform::from_parts(Translation3::new(0.13, 0.0, -0.1), UnitQuaternion::identity());
-        assert!(glass.check(&far).is_ok());
+        // Beside the rim and below it: the wall and what the tool moves between two samples stand 75 mm from the axis.
+        let beside = |x: f64| Transform::from_parts(Translation3::new(x, 0.0, -0.1), UnitQuaternion::identity());
+        assert!(glass.check(&beside(0.104)).is_err() && glass.check(&beside(0.106)).is_ok());
     }
 
     #[test]

@@ -10,6 +10,7 @@ pub mod ast;
 mod entries;
 mod expressions;
 mod forgotten;
+pub mod format;
 mod grammar;
 mod items;
 mod lexemes;
