@@ -141,7 +141,11 @@ fn the_bump_is_found_on_every_form() {
         let (contact, normal) = form.at(BUMP[0], BUMP[1]);
         let expected = world_part(&ASKEW).place(std::array::from_fn(|k| contact[k] + normal[k]));
         let off = distance(found, expected);
-        assert!(off <= PIXEL, "{}, {view}, {up}: the slowest feed, {feed} mm/s, is {off:.2} mm from the bump", form.name);
+        assert!(
+            off <= PIXEL,
+            "{}, {view}, {up}: the slowest feed, {feed} mm/s, is {off:.2} mm from the bump",
+            form.name
+        );
     }
 }
 

@@ -177,10 +177,7 @@ fn a_serpentine_removes_what_was_predicted() {
 
 #[test]
 fn turned_lines_all_one_way_remove_what_was_predicted() {
-    close_the_loop(
-        &FORMS[0],
-        &[("step", "3 mm"), ("pitch", "1.5 mm"), ("direction", "-30 deg"), ("lines", "one_way")],
-    );
+    close_the_loop(&FORMS[0], &[("step", "3 mm"), ("pitch", "1.5 mm"), ("direction", "-30 deg"), ("lines", "one_way")]);
 }
 
 /// Slopes up to 13 degrees in the clear aperture and 24 degrees on the path, hollow and convex, and a surface that falls

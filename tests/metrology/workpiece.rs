@@ -209,10 +209,10 @@ fn hexagons_are_those_of_a_drawing() {
     let upright = hexagon(20.0, 0.0, at(1.0, 2.0));
     for (x, y, expected) in [
         (1.0, 2.0, 10.0),
-        (8.0, 2.0, 3.0),            // 3 from the flat at x = 11
-        (13.0, 2.0, -2.0),          // beyond it
-        (1.0, 2.0 + corner, 0.0),   // a corner
-        (1.0, 7.0 + corner, -5.0),  // beyond a corner, straight out
+        (8.0, 2.0, 3.0),           // 3 from the flat at x = 11
+        (13.0, 2.0, -2.0),         // beyond it
+        (1.0, 2.0 + corner, 0.0),  // a corner
+        (1.0, 7.0 + corner, -5.0), // beyond a corner, straight out
     ] {
         let found = distance_mm(&upright, x, y);
         assert!((found - expected).abs() < 1e-12, "{x}, {y}: {found}, expected {expected}");
@@ -241,12 +241,12 @@ fn polygons_are_those_of_a_drawing() {
     for vertices in [NOTCHED.to_vec(), NOTCHED.iter().rev().copied().collect()] {
         let notched = polygon(&vertices);
         for (x, y, expected) in [
-            (0.0, -10.0, 5.0),          // over the lower side
-            (0.0, -2.0, 2.0),           // under the notch
-            (0.0, 5.0, -5.0),           // in the notch, 5 from each wall and from its bottom
-            (8.0, 10.0, 3.0),           // right of the notch
-            (24.0, 18.0, -5.0),         // beyond a corner: 3-4-5
-            (8.0, -4.0, 5.0),           // 3-4-5 from the corner that points inwards
+            (0.0, -10.0, 5.0),  // over the lower side
+            (0.0, -2.0, 2.0),   // under the notch
+            (0.0, 5.0, -5.0),   // in the notch, 5 from each wall and from its bottom
+            (8.0, 10.0, 3.0),   // right of the notch
+            (24.0, 18.0, -5.0), // beyond a corner: 3-4-5
+            (8.0, -4.0, 5.0),   // 3-4-5 from the corner that points inwards
         ] {
             let found = distance_mm(&notched, x, y);
             assert!((found - expected).abs() < 1e-12, "{x}, {y}: {found}, expected {expected}");

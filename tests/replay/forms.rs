@@ -28,9 +28,8 @@ impl FormCase {
             // right to 1e-8, and rounding of a height of 10 mm leaves 1e-13.
             None => {
                 let h = 0.01;
-                let slope = |dx: f64, dy: f64| {
-                    ((self.height)(x + dx, y + dy) - (self.height)(x - dx, y - dy)) / (2.0 * h)
-                };
+                let slope =
+                    |dx: f64, dy: f64| ((self.height)(x + dx, y + dy) - (self.height)(x - dx, y - dy)) / (2.0 * h);
                 [-slope(h, 0.0), -slope(0.0, h), 1.0]
             }
         };
