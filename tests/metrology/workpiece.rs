@@ -284,9 +284,9 @@ fn a_clear_aperture_with_straight_sides_must_lie_on_the_part() {
         (hexagon(50.0, 0.0, None), circle(52.0, None), "reaches 1.000 mm beyond the edge"),
         // The corner at 28.868 of a hexagon in a circle of 27.
         (circle(54.0, None), hexagon(50.0, 0.0, None), "reaches 1.868 mm beyond the edge"),
-        // Every corner of the rectangle lies on the part, but the notch runs into it: halfway down its walls, 5 mm from the
-        // rectangle's upper side and farther from the others.
-        (polygon(&NOTCHED), rectangle(30.0, 28.0, at(0.0, 0.0)), "reaches 7.000 mm beyond the edge"),
+        // Every corner of the rectangle lies on the part, but the notch runs into it: the middle of its bottom lies 14 mm
+        // inside the rectangle.
+        (polygon(&NOTCHED), rectangle(30.0, 28.0, at(0.0, 0.0)), "reaches 14.000 mm beyond the edge"),
         // A circle over the notch: 4 beyond its bottom side.
         (polygon(&NOTCHED), circle(20.0, at(0.0, -6.0)), "beyond the edge"),
     ] {
