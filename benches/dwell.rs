@@ -5,7 +5,7 @@
 
 use polishc::dwell::least_squares::LinearOperator;
 use polishc::dwell::removal::{Removal, Samples, Window};
-use polishc::dwell::{Footprint, Task, predict, solve};
+use polishc::dwell::{Footprint, SpeedSteps, Task, predict, solve};
 use polishc::height_map::Grid;
 use polishc::job::{Annulus, Aperture, Circle, Corrective, FreePiston, Lines, Piston, Plane, Raster};
 use polishc::path::{ToolPath, raster};
@@ -77,7 +77,7 @@ fn task(example: &Example) -> Task<'_> {
         influence: &example.influence,
         azimuth: 0.0,
         dwell: &example.dwell,
-        speed_step: 1e-6,
+        speed_steps: SpeedSteps::Fixed(1e-6),
     }
 }
 

@@ -7,7 +7,7 @@ use crate::check;
 use crate::diagnostics::codes as code;
 use crate::diagnostics::render;
 use crate::diagnostics::{Diagnostic, Problem, Severity};
-use crate::dwell::{self, TimedPath};
+use crate::dwell::{self, SpeedSteps, TimedPath};
 use crate::eval::{self, Requirement};
 use crate::height_map;
 use crate::job::{self, Job, Origins, Unchecked};
@@ -20,7 +20,9 @@ use crate::syntax;
 use crate::target::{self, Program};
 use crate::tool::{self, InfluenceFunction};
 use crate::verify::{self, Verified};
-use crate::workpiece::{self, form};
+use crate::workpiece::form::{self, Surface};
+use crate::workpiece;
+use std::sync::Arc;
 
 /// Told when a pass begins.
 pub trait Watch {
@@ -105,6 +107,8 @@ pub struct Planned {
     pub origins: Origins,
     pub requirements: Vec<Requirement>,
     pub error_map: Option<ErrorMap>,
+    /// The nominal surface.
+    surface: Option<Arc<dyn Surface>>,
     /// The path, until a later pass takes it over; see [`Planned::path`].
     path: Option<ToolPath>,
     /// Its `timed` is empty once motion has taken it over; see [`Planned::timed`].
@@ -132,6 +136,7 @@ pub fn compile(files: &dyn FileProvider, request: &Request, watch: &dyn Watch) -
             origins: job.origins,
             requirements: job.requirements,
             error_map: None,
+            surface: None,
             path: None,
             dwell: None,
             motion: None,
@@ -207,9 +212,10 @@ impl Passes<'_> {
         self.said.extend(odd);
 
         self.watch.pass("path");
-        let controller = job.target.as_ref().map(|job::Target::rapid(rapid)| &rapid.controller);
-        let most_points = controller.map_or(path::MOST_POINTS, |c| u64::try_from(c.most_points).unwrap_or(0));
-        let surface = form::surface(&job.workpiece.form, self.files).map_err(one)?;
+        let limits = job.target.as_ref().map(target::limits);
+        let most_points = limits.as_ref().map_or(path::MOST_POINTS, |limits| limits.most_points);
+        let surface: Arc<dyn Surface> = form::surface(&job.workpiece.form, self.files).map_err(one)?.into();
+        self.planned.surface = Some(surface.clone());
         let surface = &*surface;
         refuse(workpiece::check_surface(&job.workpiece, surface).into_iter().collect())?;
         let tool_path = path::plan(&job.path, &job.workpiece, surface, most_points).map_err(one)?;
@@ -229,7 +235,7 @@ impl Passes<'_> {
 
         self.watch.pass("dwell");
         let job::Dwell::corrective(corrective) = &job.dwell;
-        let speed_step = speed_step(controller);
+        let speed_steps = limits.as_ref().map_or(FINEST_SPEEDS, |limits| limits.speed_steps);
         let task = dwell::Task {
             path: tool_path,
             line_pitch: raster.line_pitch.0,
@@ -240,15 +246,15 @@ impl Passes<'_> {
             influence: &influence,
             azimuth: job.tool.azimuth(),
             dwell: corrective,
-            speed_step,
+            speed_steps,
         };
         let outcome = dwell::solve(task, self.said).map_err(one)?;
-        if let Some(controller) = controller {
-            dwell::check_segment_times(&outcome.timed, corrective, controller, self.said).map_err(one)?;
+        if let Some(limits) = &limits {
+            dwell::check_segment_times(&outcome.timed, corrective, &limits.segment_times, self.said).map_err(one)?;
         }
         self.planned.dwell = Some(outcome);
         self.planned.error_map = Some(error_map);
-        let (Some(robot), Some(wanted)) = (&job.robot, &job.target) else { return Ok(()) };
+        let (Some(robot), Some(limits)) = (&job.robot, &limits) else { return Ok(()) };
         if until == Until::Dwell {
             return Ok(());
         }
@@ -262,8 +268,8 @@ impl Passes<'_> {
             part: [bounds.min, bounds.max],
             acceleration: corrective.acceleration.0,
             purpose: self.request.purpose,
-            points_per_run: target::points_per_module(wanted),
-            speed_step,
+            room: limits.room,
+            speed_steps,
         };
         // Moved, not copied: with five million points a copy is half a gigabyte.
         let timed = self.planned.dwell.as_mut().map(|outcome| std::mem::take(&mut outcome.timed)).unwrap_or_default();
@@ -277,7 +283,7 @@ impl Passes<'_> {
         let Some(checked) = &self.planned.motion else { return Ok(()) };
         let draft = target::emit(&self.planned.name, checked, &job)?;
         self.watch.pass("verify");
-        let program = verify::verify(draft, checked, &job)?;
+        let program = verify::verify(draft, checked, &job, surface)?;
         self.planned.program = Some(program);
         Ok(())
     }
@@ -322,20 +328,16 @@ fn output_checks(job: &Job, until: Until) -> Vec<Problem> {
     problems
 }
 
-/// Programmed speeds are whole multiples of this, m/s: the last decimal (of mm/s) that the target writes. Without a
-/// target a tenth of a micrometre a second, finer than any controller's.
-fn speed_step(controller: Option<&job::Controller>) -> f64 {
-    const FINEST: f64 = 1e-7;
-    controller.map_or(FINEST, |c| 1e-3 / libm::pow(10.0, c.speed_decimals as f64))
-}
+/// Programmed speeds without a target: tenths of a micrometre a second, finer than any controller's.
+const FINEST_SPEEDS: SpeedSteps = SpeedSteps::Fixed(1e-7);
 
 /// Says whether an edited or foreign `program` does what the first job of `done` asks, as diagnostics of `done`.
 /// The job must have been compiled as far as [`Until::Motion`].
 pub fn verify(done: &mut Compilation, program: &Program) {
     let Some(planned) = done.jobs.first() else { return };
-    let problems = match &planned.motion {
-        Some(checked) => verify::check(program, checked, &planned.job),
-        None => vec![target::no_target()],
+    let problems = match (&planned.motion, &planned.surface) {
+        (Some(checked), Some(surface)) => verify::check(program, checked, &planned.job, &**surface),
+        _ => vec![target::no_target()],
     };
     let found: Vec<Diagnostic> =
         problems.into_iter().map(|problem| in_text(problem, &planned.origins, &done.sources)).collect();
@@ -382,7 +384,7 @@ impl Planned {
                 .filter(|p| p.severity == Severity::Warning)
                 .map(|p| format!("{}: {}", p.code, p.message))
                 .collect(),
-            unchecked: self.job.unchecked.iter().flatten().map(|u| u.name()).collect(),
+            unchecked: target::facts::unchecked(&self.job),
             note: "not controller-verified",
         });
     }

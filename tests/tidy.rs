@@ -22,7 +22,7 @@ const LAYERS: &[(&str, &[&str])] = &[
     ("dwell", &["units", "diagnostics", "job", "height_map", "workpiece", "metrology", "tool", "path"]),
     ("motion", &["units", "diagnostics", "job", "workpiece", "tool", "path", "dwell"]),
     ("target", &["units", "diagnostics", "job", "path", "dwell", "motion"]),
-    ("verify", &["units", "diagnostics", "job", "path", "dwell", "motion", "target"]),
+    ("verify", &["units", "diagnostics", "job", "workpiece", "path", "dwell", "motion", "target"]),
     ("report", &["units", "diagnostics", "job", "eval", "metrology", "tool", "path", "dwell", "motion", "target"]),
 ];
 

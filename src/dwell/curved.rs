@@ -258,6 +258,7 @@ mod tests {
     }
 
     /// A tilted plane, to look at foreshortening without curvature.
+    #[derive(Debug)]
     struct Slope(f64);
 
     impl Surface for Slope {

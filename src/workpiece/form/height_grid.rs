@@ -16,6 +16,7 @@ use crate::job::{HeightGrid, View};
 use crate::source::FileProvider;
 
 /// A bicubic spline through the values of a grid.
+#[derive(Debug)]
 pub struct Spline {
     columns: usize,
     rows: usize,
@@ -139,6 +140,7 @@ fn coefficients(f: &[f64], c: &mut [f64]) {
 }
 
 /// Heights of a file on a base.
+#[derive(Debug)]
 pub struct HeightField {
     base: Box<dyn Surface>,
     spline: Spline,

@@ -53,7 +53,7 @@ impl SurfacePoint {
 }
 
 /// A nominal surface.
-pub trait Surface: Send + Sync {
+pub trait Surface: Send + Sync + std::fmt::Debug {
     /// The surface at `(x, y)`, metres, or `None` where the form does not exist (beyond a sphere's radius, say) or has no
     /// normal that points at the tool.
     fn at(&self, x: f64, y: f64) -> Option<SurfacePoint>;

@@ -10,6 +10,7 @@ use super::{Surface, SurfacePoint, finite, positive};
 use crate::diagnostics::{Problem, codes};
 use crate::job::OffAxis;
 
+#[derive(Debug)]
 pub struct Segment {
     parent: Asphere,
     /// The part's origin in the parent frame, metres.

@@ -12,6 +12,7 @@ use super::{Surface, SurfacePoint, finite, positive, sign_of};
 use crate::diagnostics::{Problem, codes};
 use crate::job::XyPolynomial;
 
+#[derive(Debug)]
 pub struct Polynomial {
     base: Box<dyn Surface>,
     normalisation: f64,

@@ -65,6 +65,7 @@ pub fn term(order: ZernikeOrder, index: usize) -> Term {
 }
 
 /// Polynomials of one angular order, summed: a polynomial in rho² times a harmonic polynomial.
+#[derive(Debug)]
 struct Harmonic {
     m: u32,
     sine: bool,
@@ -87,6 +88,7 @@ fn radial(n: u32, m: u32) -> Vec<f64> {
 }
 
 /// A sum of Zernike polynomials.
+#[derive(Debug)]
 pub struct Sum {
     radius: f64,
     harmonics: Vec<Harmonic>,
@@ -183,6 +185,7 @@ impl Basis {
 }
 
 /// A Zernike freeform.
+#[derive(Debug)]
 pub struct Freeform {
     base: Box<dyn Surface>,
     sum: Sum,
