@@ -23,8 +23,8 @@ use crate::syntax::ast::Allow;
 use crate::target::{self, Program};
 use crate::tool::{self, InfluenceFunction};
 use crate::verify::{self, Verified};
-use crate::workpiece::form::{self, Surface};
 use crate::workpiece;
+use crate::workpiece::form::{self, Surface};
 use std::sync::Arc;
 
 /// Told when a pass begins.

@@ -2,7 +2,7 @@
 //! whatever the processor can do.
 //!
 //! Jobs: `flat_340` with its lines 2 mm apart (14,177 points, 5 modules), and tests/jobs/real_map.polish with a generated
-//! map of a 50 mm part that has a hole to fill (12,043 points, 4 modules). Compared are all files, `result.json` among
+//! map of a 50 mm part that has a hole to fill (12,043 points, 4 modules), and the same for a KUKA. Compared are all files, `result.json` among
 //! them; that they hold what they should is other tests' business.
 //!
 //! What may depend on the processor, found by going through the dependencies of the binary:
@@ -83,6 +83,13 @@ fn real() -> Job {
     std::fs::write(&path, map()).expect("a map");
     let name = path.to_str().expect("UTF-8").to_string();
     Job { folder: "tests/jobs", file: "real_map.polish", set: format!("map={name}"), map: Some((name, map())) }
+}
+
+/// The same part on a KUKA.
+fn kuka() -> Job {
+    let mut job = real();
+    job.file = "kuka_map.polish";
+    job
 }
 
 /// Builds with the tool in the working directory `here`.
@@ -168,6 +175,11 @@ fn threads_do_not_change_flat_340() {
 #[test]
 fn threads_do_not_change_a_measured_part() {
     same_with_any_threads(&real(), "real");
+}
+
+#[test]
+fn threads_do_not_change_a_krl_program() {
+    same_with_any_threads(&kuka(), "kuka");
 }
 
 /// The same job, copied elsewhere and built from there, by a path of another kind.

@@ -17,9 +17,10 @@
 mod replay;
 
 use replay::forms::{FORMS, FormCase};
-use replay::program_text::{PathPoint, ProgramText, RunText};
+use replay::krl_text::PASSED;
+use replay::program_text::{Configuration, PathPoint, ProgramText, RunText};
 use replay::rigid::{Frame, Pose, Quaternion, degrees_between, distance, dot};
-use replay::{ASKEW, FrameNumbers, Frames, compile_with, job_text, npy, program_text, world_part};
+use replay::{ASKEW, FrameNumbers, Frames, KRL, KRL_LINEAR, compile_with, job_text, npy, program_text, world_part};
 use rs_opw_kinematics::glam::{DMat3, DQuat, DVec3};
 use rs_opw_kinematics::kinematic_traits::{Kinematics, Pose as TheirPose};
 use rs_opw_kinematics::kinematics_impl::OPWKinematics;
@@ -32,24 +33,60 @@ const PLACE: f64 = 1e-3;
 /// Degrees.
 const ANGLE: f64 = 1e-3;
 
-/// Joint ranges of the IRB 6700-200/2.60, degrees, as in tests/golden/robots.json.
-const LOWER: [f64; 6] = [-170.0, -65.0, -180.0, -300.0, -130.0, -360.0];
-const UPPER: [f64; 6] = [170.0, 85.0, 70.0, 300.0, 130.0, 360.0];
+/// A target with its arm, as in tests/golden/robots.json: the arm by somebody else, ranges in degrees.
+struct Target {
+    name: &'static str,
+    /// Words of the job.
+    words: &'static [(&'static str, &'static str)],
+    parameters: Parameters,
+    lower: [f64; 6],
+    upper: [f64; 6],
+    /// How a point is passed that is no line's end.
+    passed: &'static str,
+}
 
-/// The arm by somebody else, metres, as in tests/golden/robots.json.
-fn oracle() -> OPWKinematics {
-    OPWKinematics::new(Parameters {
-        a1: 0.32,
-        a2: -0.2,
-        b: 0.0,
-        c1: 0.78,
-        c2: 1.125,
-        c3: 1.1425,
-        c4: 0.2,
-        offsets: [0.0, 0.0, -PI / 2.0, 0.0, 0.0, 0.0],
-        sign_corrections: [1; 6],
-        dof: 6,
-    })
+fn rapid() -> Target {
+    Target {
+        name: "RAPID",
+        words: &[],
+        parameters: Parameters {
+            a1: 0.32,
+            a2: -0.2,
+            b: 0.0,
+            c1: 0.78,
+            c2: 1.125,
+            c3: 1.1425,
+            c4: 0.2,
+            offsets: [0.0, 0.0, -PI / 2.0, 0.0, 0.0, 0.0],
+            sign_corrections: [1; 6],
+            dof: 6,
+        },
+        lower: [-170.0, -65.0, -180.0, -300.0, -130.0, -360.0],
+        upper: [170.0, 85.0, 70.0, 300.0, 130.0, 360.0],
+        passed: "z0",
+    }
+}
+
+fn krl() -> Target {
+    Target {
+        name: "KRL",
+        words: &KRL,
+        parameters: Parameters {
+            a1: 0.33,
+            a2: -0.115,
+            b: 0.0,
+            c1: 0.645,
+            c2: 1.15,
+            c3: 1.22,
+            c4: 0.215,
+            offsets: [0.0, -PI / 2.0, 0.0, 0.0, 0.0, 0.0],
+            sign_corrections: [-1, 1, 1, -1, 1, -1],
+            dof: 6,
+        },
+        lower: [-185.0, -140.0, -120.0, -350.0, -125.0, -350.0],
+        upper: [185.0, -5.0, 168.0, 350.0, 125.0, 350.0],
+        passed: PASSED,
+    }
 }
 
 /// What a case changes: frames, and words of the job with their numbers.
@@ -127,7 +164,7 @@ fn map() -> Vec<u8> {
     npy(61, &values)
 }
 
-fn text_of(case: &Case, form: &FormCase) -> String {
+fn text_of(case: &Case, form: &FormCase, target: &Target) -> String {
     let (azimuth, gap, direction) =
         (format!("{} deg", case.azimuth), format!("{} mm", case.gap), format!("{} deg", case.direction));
     let (step, pitch) = (format!("{} mm", case.step), format!("{} mm", case.pitch));
@@ -140,7 +177,7 @@ fn text_of(case: &Case, form: &FormCase) -> String {
         ("pitch", &pitch),
         ("lines", if case.one_way { "one_way" } else { "serpentine" }),
     ];
-    job_text(&case.frames, &changes)
+    job_text(&case.frames, &[&changes[..], target.words].concat())
 }
 
 /// The lattice of the raster in order of travel, mm in the part, by lines.
@@ -193,6 +230,7 @@ fn nearest(oracle: &OPWKinematics, pose: &TheirPose, previous: &[f64; 6]) -> [f6
 struct Replay<'a> {
     case: &'a Case,
     form: &'a FormCase,
+    target: &'a Target,
     oracle: OPWKinematics,
     /// The part in the robot's base, and the tool in the flange: from the job.
     base_part: Frame,
@@ -204,12 +242,13 @@ struct Replay<'a> {
 }
 
 impl Replay<'_> {
-    fn new<'a>(case: &'a Case, form: &'a FormCase, text: &ProgramText) -> Replay<'a> {
+    fn new<'a>(case: &'a Case, form: &'a FormCase, target: &'a Target, text: &ProgramText) -> Replay<'a> {
         let world_base = case.frames.base.frame().inverse();
         Replay {
             case,
             form,
-            oracle: oracle(),
+            target,
+            oracle: OPWKinematics::new(target.parameters),
             base_part: world_base.then(&world_part(&case.frames)),
             tool: case.frames.tool.frame(),
             base_object: world_base.then(&text.world_object().matrix()),
@@ -265,7 +304,7 @@ impl Replay<'_> {
             let next = self.joints(&point.target, &joints);
             let off = self.stands(&next, place, 0.0, PLACE, &what);
             worst = [worst[0].max(off[0]), worst[1].max(off[1])];
-            assert_eq!(point.zone, if end { "fine" } else { "z0" }, "{what}");
+            assert_eq!(point.zone, if end { "fine" } else { self.target.passed }, "{what}");
             self.joints_are_sound(&next, &joints, point, &what);
             joints = next;
         }
@@ -280,28 +319,52 @@ impl Replay<'_> {
         let degrees = joints.map(f64::to_degrees);
         for i in 0..6 {
             // The job's robot keeps a degree from both ends.
-            assert!(degrees[i] > LOWER[i] + 1.0 && degrees[i] < UPPER[i] - 1.0, "{what}: joint {} {degrees:?}", i + 1);
+            assert!(
+                degrees[i] > self.target.lower[i] + 1.0 && degrees[i] < self.target.upper[i] - 1.0,
+                "{what}: joint {} {degrees:?}",
+                i + 1
+            );
             assert!((joints[i] - before[i]).abs() < 0.5, "{what}: joint {} jumps, {degrees:?}", i + 1);
         }
-        // Technical reference manual RAPID, confdata: the quarter turn that axes 1, 4 and 6 stand in, 0 for 0 to 90 deg,
-        // -1 for -90 to 0 deg. Within a thousandth of a degree of a quarter either number is right.
-        for (axis, quarter) in [(0, point.confdata[0]), (3, point.confdata[1]), (5, point.confdata[2])] {
-            let sides = [-1e-3, 1e-3].map(|d| ((degrees[axis] + d) / 90.0).floor() as i32);
-            assert!(sides.contains(&quarter), "{what}: axis {} {degrees:?} {:?}", axis + 1, point.confdata);
+        match point.configuration {
+            Configuration::Abb(confdata) => abb_configuration(&degrees, confdata, what),
+            Configuration::Kuka { status, turn } => kuka_configuration(&degrees, status, turn, what),
         }
-        // cfx of such an arm: odd where axis 5 is negative; 2 and 3, 6 and 7 with the wrist centre behind the lower arm;
-        // from 4 on with it behind axis 1, where none of these parts is.
-        let cfx = point.confdata[3];
-        assert_eq!(cfx % 2 == 1, degrees[4] < 0.0, "{what}: axis 5 {degrees:?}, cfx {cfx}");
-        assert!((0..4).contains(&cfx), "{what}: cfx {cfx}");
     }
 }
 
-fn contact_points_and_normals_are_those_of(form: &FormCase, case: &Case) {
-    let name = format!("{}, {}", form.name, case.name);
-    let done = compile_with(text_of(case, form), map(), form.files());
+/// Technical reference manual RAPID, confdata: the quarter turn that axes 1, 4 and 6 stand in, 0 for 0 to 90 deg, -1 for -90
+/// to 0 deg. Within a thousandth of a degree of a quarter either number is right. cfx of such an arm: odd where axis 5 is
+/// negative; 2 and 3, 6 and 7 with the wrist centre behind the lower arm; from 4 on with it behind axis 1, where none of
+/// these parts is.
+fn abb_configuration(degrees: &[f64; 6], confdata: [i32; 4], what: &str) {
+    for (axis, quarter) in [(0, confdata[0]), (3, confdata[1]), (5, confdata[2])] {
+        let sides = [-1e-3, 1e-3].map(|d| ((degrees[axis] + d) / 90.0).floor() as i32);
+        assert!(sides.contains(&quarter), "{what}: axis {} {degrees:?} {confdata:?}", axis + 1);
+    }
+    let cfx = confdata[3];
+    assert_eq!(cfx % 2 == 1, degrees[4] < 0.0, "{what}: axis 5 {degrees:?}, cfx {cfx}");
+    assert!((0..4).contains(&cfx), "{what}: cfx {cfx}");
+}
+
+/// KUKA's turn: a bit an axis, set where it is negative; within a thousandth of a degree of zero either is right. Its status: 1
+/// with the wrist behind axis 1, where none of these parts is; 4 with axis 5 negative; 2 where axis 3 is above the angle at
+/// which this arm is stretched, atan(115 / 1220) = 5.38 deg, as it is wherever the elbow is up.
+fn kuka_configuration(degrees: &[f64; 6], status: i32, turn: i32, what: &str) {
+    for (axis, angle) in degrees.iter().enumerate() {
+        let bit = turn >> axis & 1 == 1;
+        assert!(bit == (*angle < 0.0) || angle.abs() < 1e-3, "{what}: axis {} {degrees:?}, T {turn}", axis + 1);
+    }
+    let wanted = 2 * i32::from(degrees[2] > 5.38) + 4 * i32::from(degrees[4] < 0.0);
+    assert_eq!(status, wanted, "{what}: {degrees:?}");
+    assert!((0..64).contains(&turn), "{what}: T {turn}");
+}
+
+fn contact_points_and_normals_are_those_of(form: &FormCase, case: &Case, target: &Target) {
+    let name = format!("{}, {}, {}", form.name, case.name, target.name);
+    let done = compile_with(text_of(case, form, target), map(), form.files());
     let text = program_text(&done.jobs[0]);
-    let replay = Replay::new(case, form, &text);
+    let replay = Replay::new(case, form, target, &text);
     let lines = lattice(case);
     let runs = text.runs();
     // A serpentine of less than a module's 4800 points goes in one run, one way lifts after every line.
@@ -320,38 +383,43 @@ fn contact_points_and_normals_are_those_of(form: &FormCase, case: &Case) {
 
 #[test]
 fn a_plane_in_every_cell() {
-    for case in &CASES {
-        contact_points_and_normals_are_those_of(&FORMS[0], case);
+    for target in [rapid(), krl(), Target { name: "KRL, linear moves", words: &KRL_LINEAR, ..krl() }] {
+        for case in &CASES {
+            contact_points_and_normals_are_those_of(&FORMS[0], case, &target);
+        }
     }
 }
 
 #[test]
 fn every_form_in_an_askew_cell() {
-    for form in &FORMS[1..] {
-        contact_points_and_normals_are_those_of(form, &CASES[0]);
+    for target in [rapid(), krl()] {
+        for form in &FORMS[1..] {
+            contact_points_and_normals_are_those_of(form, &CASES[0], &target);
+        }
     }
 }
 
 /// Another azimuth, direction and gap, points as close as a steep form needs.
 #[test]
 fn every_form_on_a_leaning_table() {
-    for form in &FORMS[1..] {
-        contact_points_and_normals_are_those_of(form, &CASES[2]);
+    for target in [rapid(), krl()] {
+        for form in &FORMS[1..] {
+            contact_points_and_normals_are_those_of(form, &CASES[2], &target);
+        }
     }
 }
 
 /// The proof can fail: a frame of the job a hundredth of a millimetre or 0.002 degrees away, and it does.
 #[test]
 fn a_frame_that_is_not_the_jobs_is_noticed() {
-    let case = &CASES[0];
-    let form = &FORMS[0];
-    let text = program_text(&compile_with(text_of(case, form), map(), Vec::new()).jobs[0]);
+    let (case, form, target) = (&CASES[0], &FORMS[0], rapid());
+    let text = program_text(&compile_with(text_of(case, form, &target), map(), Vec::new()).jobs[0]);
     let lines = lattice(case);
     let fails = |change: &dyn Fn(&mut Frames)| {
         let mut changed = Case { frames: case.frames, name: "changed", ..CASES[0] };
         change(&mut changed.frames);
         let run = text.runs().remove(0);
-        let replay = Replay::new(&changed, form, &text);
+        let replay = Replay::new(&changed, form, &target, &text);
         let target = run.points[500].target;
         let joints = replay.joints(&target, &run.start.map(f64::to_radians));
         let tool = replay.tool_in_part(&joints);
@@ -369,7 +437,7 @@ fn a_frame_that_is_not_the_jobs_is_noticed() {
     // in the joints, which must fit the `MoveAbsJ` of the text.
     let mut changed = Case { frames: case.frames, name: "changed", ..CASES[0] };
     changed.frames.base.at[2] += 0.01;
-    let replay = Replay::new(&changed, form, &text);
+    let replay = Replay::new(&changed, form, &target, &text);
     let run = text.runs().remove(0);
     let tool = replay.tool_in_part(&run.start.map(f64::to_radians));
     let over = [lines[0][0][0], lines[0][0][1], changed.gap + 40.0];
@@ -380,10 +448,15 @@ fn a_frame_that_is_not_the_jobs_is_noticed() {
 /// The speeds in the text are those that `--emit dwell` gives out, to the last written decimal, point by point.
 #[test]
 fn speeds_are_those_of_the_dwell_plan() {
-    let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("geometry_speeds");
+    speeds_of(&rapid(), ".mod");
+    speeds_of(&krl(), ".src");
+}
+
+fn speeds_of(target: &Target, ending: &str) {
+    let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("geometry_speeds_{}", target.name));
     let _ = std::fs::remove_dir_all(&folder);
     std::fs::create_dir_all(&folder).expect("a folder");
-    std::fs::write(folder.join("trial.polish"), text_of(&CASES[1], &FORMS[0])).expect("a job");
+    std::fs::write(folder.join("trial.polish"), text_of(&CASES[1], &FORMS[0], target)).expect("a job");
     std::fs::write(folder.join("map.npy"), map()).expect("a map");
     let out = folder.join("out");
     let run = Command::new(env!("CARGO_BIN_EXE_polishc"))
@@ -403,7 +476,7 @@ fn speeds_are_those_of_the_dwell_plan() {
     // `Trial.mod` before `Trial_001.mod`.
     files.sort();
     let dwell = files.iter().find(|(name, _)| name == "trial.dwell.npy").expect("the dwell").1.clone();
-    files.retain(|(name, _)| name.ends_with(".mod"));
+    files.retain(|(name, _)| name.ends_with(ending) || name.ends_with(".dat"));
     let header = 10 + usize::from(u16::from_le_bytes([dwell[8], dwell[9]]));
     let planned: Vec<f64> =
         dwell[header..].chunks_exact(8).map(|b| f64::from_le_bytes(b.try_into().expect("eight bytes"))).collect();

@@ -22,7 +22,7 @@ mod replay;
 use replay::forms::FORMS;
 use replay::program_text::ProgramText;
 use replay::rigid::distance;
-use replay::{ASKEW, compile, compile_with, job_text, npy, program_text, world_part};
+use replay::{ASKEW, KRL, compile, compile_with, job_text, npy, program_text, world_part};
 
 /// Place of the bump in the part, mm.
 const BUMP: [f64; 2] = [11.0, 6.0];
@@ -98,15 +98,18 @@ fn assert_over_the_bump(program: &ProgramText, what: &str) {
     assert!(off <= PIXEL, "{what}: the slowest feed, {feed} mm/s, is {off:.2} mm from the bump");
 }
 
-/// The eight orientations, each with both signs, each with the raster along another direction.
+/// The eight orientations, each with both signs, each with the raster along another direction, for both targets.
 #[test]
 fn the_slowest_feed_lies_over_the_bump() {
     let directions = ["0 deg", "90 deg", "-30 deg", "45 deg", "17 deg", "180 deg", "-135 deg", "60 deg"];
     for ((view, up, place), direction) in ORIENTATIONS.iter().zip(directions) {
         for (positive, height) in [("high", 600.0), ("low", -600.0)] {
             let changes = [("view", *view), ("up", *up), ("positive", positive), ("direction", direction)];
-            let program = build(picture(SIZE, MIDDLE, *place, height), &changes);
-            assert_over_the_bump(&program, &format!("{view}, {up}, positive {positive}, raster {direction}"));
+            for (target, words) in [("RAPID", &[][..]), ("KRL", &KRL)] {
+                let program = build(picture(SIZE, MIDDLE, *place, height), &[&changes, words].concat());
+                let what = format!("{target}, {view}, {up}, positive {positive}, raster {direction}");
+                assert_over_the_bump(&program, &what);
+            }
         }
     }
 }
@@ -134,7 +137,9 @@ fn the_bump_is_found_on_every_form() {
         let (view, up, place) = ORIENTATIONS[i % ORIENTATIONS.len()];
         let (positive, height) = if i % 2 == 0 { ("high", 600.0) } else { ("low", -600.0) };
         let changes = [("form", form.text), ("view", view), ("up", up), ("positive", positive)];
-        let text = job_text(&ASKEW, &changes);
+        // The targets in turn.
+        let words = if i % 2 == 0 { &[][..] } else { &KRL };
+        let text = job_text(&ASKEW, &[&changes, words].concat());
         let done = compile_with(text, picture(SIZE, MIDDLE, place, height), form.files());
         let program = program_text(&done.jobs[0]);
         let (found, feed) = slowest(&program);

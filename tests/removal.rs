@@ -18,7 +18,7 @@ mod replay;
 use replay::forms::{FORMS, FormCase};
 use replay::program_text::{ProgramText, RunText};
 use replay::rigid::{distance, dot, normalised};
-use replay::{ASKEW, compile_with, job_text, npy, program_text};
+use replay::{ASKEW, KRL, compile_with, job_text, npy, program_text};
 
 /// The job's influence function and acceleration, mm, s, nm.
 const PEAK: f64 = 20.0;
@@ -186,5 +186,15 @@ fn turned_lines_all_one_way_remove_what_was_predicted() {
 fn a_curved_part_loses_what_was_predicted() {
     for form in FORMS.iter().filter(|form| form.name.starts_with("steep") || form.name == "off-axis paraboloid") {
         close_the_loop(form, &[("step", "2 mm"), ("pitch", "1.5 mm"), ("direction", "40 deg"), ("azimuth", "25 deg")]);
+    }
+}
+
+/// KRL's blocks stop at a line's ends as RAPID's points do. The chords between the points of its text are what is reckoned
+/// with, on a plane and on the first curved form.
+#[test]
+fn a_krl_program_removes_what_was_predicted() {
+    let changes = [("step", "2 mm"), ("pitch", "2 mm"), ("direction", "40 deg")];
+    for form in &FORMS[..2] {
+        close_the_loop(form, &[&changes[..], &KRL].concat());
     }
 }

@@ -3,6 +3,7 @@
 #![allow(dead_code, reason = "each test crate uses its own part")]
 
 pub mod forms;
+pub mod krl_text;
 pub mod program_text;
 pub mod rigid;
 
@@ -60,7 +61,9 @@ pub fn world_part(frames: &Frames) -> Frame {
 const JOB: &str = r#"language 1
 
 use std.robots.abb.irb6700_200_260
+use std.robots.kuka.kr210_r2700_2
 use std.controllers.irc5
+use std.controllers.krc4
 use std.materials.fused_silica
 
 let cell = robot_cell {
@@ -71,7 +74,7 @@ let cell = robot_cell {
         @tool@
         load: { mass: 60 kg, centre: point { x: 10 mm, y: 0 mm, z: 140 mm } }
     }
-    home:    [0 deg, -20 deg, 30 deg, 0 deg, 70 deg, 0 deg]
+    home:    @home@
     travel:  lifted { height: 40 mm, speed: 50 mm/s }
     process: manual { interlock: "relay K1" }
 }
@@ -120,8 +123,8 @@ job trial {
         acceleration:     500 mm/s^2
     }
 
-    robot:  irb6700_200_260 with { cell: cell }
-    target: rapid { controller: irc5 with { module_bytes: 1000000 }, module: "Trial", frames: in_program }
+    robot:  @arm@ with { cell: cell }
+    target: @target@
     unchecked: [arm, cell, cable, fixture]
 }
 "#;
@@ -140,6 +143,29 @@ const USUAL: &[(&str, &str)] = &[
     ("pitch", "1 mm"),
     ("direction", "0 deg"),
     ("lines", "serpentine"),
+    ("arm", "irb6700_200_260"),
+    ("home", "[0 deg, -20 deg, 30 deg, 0 deg, 70 deg, 0 deg]"),
+    ("target", "rapid { controller: irc5 with { module_bytes: 1000000 }, module: \"Trial\", frames: in_program }"),
+];
+
+/// The words that make the job one for a KUKA. Its files hold what a module of the other job holds.
+pub const KRL: [(&str, &str); 3] = [
+    ("arm", "kr210_r2700_2"),
+    ("home", "[0 deg, -110 deg, 120 deg, 0 deg, 70 deg, 0 deg]"),
+    (
+        "target",
+        "krl { controller: krc4 with { file_lines: 6000, file_bytes: 1000000 }, module: \"Trial\", frames: in_program }",
+    ),
+];
+
+/// The same with linear moves.
+pub const KRL_LINEAR: [(&str, &str); 3] = [
+    KRL[0],
+    KRL[1],
+    (
+        "target",
+        "krl { controller: krc4 with { file_lines: 20000, file_bytes: 1000000 }, module: \"Trial\", frames: in_program, motion: linear }",
+    ),
 ];
 
 /// The job's text with `frames`, and `changes` of the words in [`USUAL`].

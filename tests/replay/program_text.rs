@@ -4,6 +4,7 @@
 //! `wobjdata`, so that a test can ask the text what it says without the crate's own reader or planner. It knows no more
 //! than the statements that the tests look at.
 
+use super::krl_text;
 use super::rigid::{Pose, Quaternion, dot};
 
 /// Half of the travel height of the test's job, mm: a move that goes so far off the glass lifts the tool.
@@ -15,7 +16,16 @@ pub enum Move {
     /// `MoveAbsJ`.
     Joint { joints: [f64; 6] },
     /// `MoveL`: the tool frame in the object frame.
-    Straight { target: Pose, confdata: [i32; 4], speed: f64, zone: String },
+    Straight { target: Pose, configuration: Configuration, speed: f64, zone: String },
+}
+
+/// What a target says of the arm's configuration.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Configuration {
+    /// cf1, cf4, cf6, cfx.
+    Abb([i32; 4]),
+    /// S and T.
+    Kuka { status: i32, turn: i32 },
 }
 
 /// What a program says.
@@ -33,7 +43,7 @@ pub struct ProgramText {
 #[derive(Clone, Debug)]
 pub struct PathPoint {
     pub target: Pose,
-    pub confdata: [i32; 4],
+    pub configuration: Configuration,
     /// Of the move that ends here.
     pub speed: f64,
     pub zone: String,
@@ -51,6 +61,9 @@ pub struct RunText {
 impl ProgramText {
     /// Reads the files of a program, the main module first; modules are taken in the order in which main loads them.
     pub fn read(files: &[(String, Vec<u8>)]) -> ProgramText {
+        if files.iter().any(|(name, _)| name.ends_with(".src")) {
+            return krl_text::read(files);
+        }
         let text = |name: &str| -> String {
             let (_, bytes) = files.iter().find(|(n, _)| n == name).unwrap_or_else(|| panic!("no file `{name}`"));
             String::from_utf8(bytes.clone()).expect("ASCII")
@@ -89,9 +102,9 @@ impl ProgramText {
                 Move::Joint { joints } => {
                     runs.push(RunText { start: joints, points: Vec::new(), retract: Pose::IDENTITY });
                 }
-                Move::Straight { target, confdata, speed, zone } => {
+                Move::Straight { target, configuration, speed, zone } => {
                     let run = runs.last_mut().expect("a straight move comes after a joint move");
-                    run.points.push(PathPoint { target, confdata, speed, zone });
+                    run.points.push(PathPoint { target, configuration, speed, zone });
                 }
             }
         }
@@ -183,8 +196,8 @@ fn read_move(statement: &str, home: Option<[f64; 6]>) -> Option<Move> {
         return None;
     }
     // 3 + 4 numbers of the pose, 4 of the configuration, 6 external axes, then the speed.
-    let confdata = std::array::from_fn(|i| n[7 + i] as i32);
+    let configuration = Configuration::Abb(std::array::from_fn(|i| n[7 + i] as i32));
     let after = &statement[statement.rfind("],").expect("the end of the speed") + 2..];
     let zone = after.split(',').next().expect("a zone").trim().to_string();
-    Some(Move::Straight { target: pose(&n), confdata, speed: n[17], zone })
+    Some(Move::Straight { target: pose(&n), configuration, speed: n[17], zone })
 }
