@@ -76,6 +76,7 @@ fn task(example: &Example) -> Task<'_> {
         surface: &Plane {},
         influence: &example.influence,
         azimuth: 0.0,
+        standoff: 0.0,
         dwell: &example.dwell,
         speed_steps: SpeedSteps::Fixed(1e-6),
     }

@@ -95,6 +95,7 @@ impl Run {
             surface: &Plane {},
             influence: &self.influence,
             azimuth: 0.0,
+            standoff: 0.0,
             dwell: &self.dwell,
             speed_steps: SpeedSteps::Fixed(1e-6),
         };
@@ -164,7 +165,7 @@ fn prediction_agrees_with_the_definition() {
     let mut run = run;
     run.dwell.acceleration = Acceleration(1e4);
     let outcome = run.good();
-    let segments = Segments::new(&outcome.timed.path);
+    let segments = Segments::new(&outcome.timed.path, 0.0);
     let speeds: Vec<f64> = segments.point.iter().map(|&p| outcome.timed.speed[p]).collect();
     let seconds = times(&speeds, &segments, &run.limits());
     let footprint = Footprint::of(&run.influence, 0.0);
@@ -326,6 +327,7 @@ fn an_off_centre_spot_is_led_the_other_way() {
             edge: &run.edge,
             influence: &run.influence,
             azimuth,
+            standoff: 0.0,
             dwell: &run.dwell,
             speed_steps: SpeedSteps::Fixed(1e-6),
         };
@@ -438,7 +440,7 @@ fn quick_moves_are_the_controllers_business() {
     let timed = run.good().timed;
     let check = |controller: SegmentTimes| {
         let mut warnings = Vec::new();
-        let result = check_segment_times(&timed, &run.dwell, &controller, &mut warnings);
+        let result = check_segment_times(&timed, 0.0, &run.dwell, &controller, &mut warnings);
         (result.err().map(|p| p.code), warnings.iter().map(|w| w.code).collect::<Vec<_>>())
     };
     assert_eq!(check(controller(10e-3, 19e-3)), (None, vec![]));

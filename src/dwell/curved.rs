@@ -320,7 +320,7 @@ mod tests {
                 depths[i] * 0.5e-3 * 0.5e-3 / normal_z
             })
             .sum();
-        let segments = super::super::speed::Segments::new(&timed.path);
+        let segments = super::super::speed::Segments::new(&timed.path, 0.0);
         let speeds: Vec<f64> = segments.point.iter().map(|p| timed.speed[*p]).collect();
         let time: f64 = super::super::speed::times(&speeds, &segments, &LIMITS).iter().sum();
         // An area of the glass is larger than its foot in the tangent plane by one over the cosine of the angle between

@@ -25,12 +25,13 @@ pub struct SegmentTimes {
 /// than is usual for it (W0705).
 pub fn check_segment_times(
     timed: &TimedPath,
+    standoff: f64,
     dwell: &Corrective,
     wanted: &SegmentTimes,
     warnings: &mut Vec<Problem>,
 ) -> Result<(), Problem> {
     let limits = Limits { least: dwell.feed.from.0, greatest: dwell.feed.to.0, acceleration: dwell.acceleration.0 };
-    let segments = Segments::new(&timed.path);
+    let segments = Segments::new(&timed.path, standoff);
     let speeds: Vec<f64> = segments.point.iter().map(|&p| timed.speed[p]).collect();
     let times = speed::times(&speeds, &segments, &limits);
     let Some(i) = (0..times.len()).min_by(|&a, &b| times[a].total_cmp(&times[b])) else { return Ok(()) };

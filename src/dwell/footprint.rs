@@ -16,12 +16,14 @@ pub struct Footprint<'a> {
     pub sigma: f64,
     /// Direction of the tool's x axis on the part, in which the rate is carried onto a surface that is not flat.
     pub azimuth: Azimuth,
+    /// Distance of the tool centre point from the contact along the normal, metres: programmed speeds are its speeds.
+    pub standoff: f64,
 }
 
 impl<'a> Footprint<'a> {
     /// Of any rate in m/s; it must vanish beyond `radius`.
     pub fn new(rate: impl Fn(f64, f64) -> f64 + Sync + 'a, radius: f64, volume_rate: f64, sigma: f64) -> Footprint<'a> {
-        Footprint { rate: Box::new(rate), radius, volume_rate, sigma, azimuth: Azimuth::new(0.0) }
+        Footprint { rate: Box::new(rate), radius, volume_rate, sigma, azimuth: Azimuth::new(0.0), standoff: 0.0 }
     }
 
     /// Of a tool whose x axis points along `azimuth` on the part (radians, from +x towards +y).

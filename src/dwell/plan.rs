@@ -32,6 +32,8 @@ pub struct Task<'a> {
     pub influence: &'a InfluenceFunction,
     /// Direction of the tool's x axis on the part, radians.
     pub azimuth: f64,
+    /// Distance of the tool centre point from the contact along the normal, metres.
+    pub standoff: f64,
     pub dwell: &'a Corrective,
     /// Programmed speeds are of these.
     pub speed_steps: SpeedSteps,
@@ -111,9 +113,10 @@ const STOP: Stop =
 pub fn solve(task: Task, warnings: &mut Vec<Problem>) -> Result<Outcome, Problem> {
     let dwell = task.dwell;
     let limits = limits(dwell, task.speed_steps)?;
-    let footprint = Footprint::of(task.influence, task.azimuth);
+    let mut footprint = Footprint::of(task.influence, task.azimuth);
+    footprint.standoff = task.standoff;
     let ends = path::ends::check(&task.path, task.edge, footprint.radius, limits.greatest, limits.acceleration)?;
-    let segments = Segments::new(&task.path);
+    let segments = Segments::new(&task.path, task.standoff);
     check_start(&segments, &limits)?;
     let field = Field::new(task.error, task.clear)?;
     curved::check(task.surface, &field, &footprint, warnings)?;
@@ -347,7 +350,7 @@ pub fn predict(
     };
     let (before_rms, before_pv) = spread(&|i| field.values[i]);
     let (rms, pv) = spread(&left);
-    let segments = Segments::new(&timed.path);
+    let segments = Segments::new(&timed.path, footprint.standoff);
     let speeds: Vec<f64> = segments.point.iter().map(|&p| timed.speed[p]).collect();
     let figures = Figures {
         before_rms,

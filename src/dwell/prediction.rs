@@ -67,7 +67,7 @@ pub(super) fn each_stamp(
     window: &Window,
     mut see: impl FnMut((usize, f64), [f64; 2], f64),
 ) {
-    let segments = Segments::new(&timed.path);
+    let segments = Segments::new(&timed.path, footprint.standoff);
     let low = [0, 1].map(|axis| window.origin[axis] - reach);
     let size = [window.columns, window.rows];
     let high = [0, 1].map(|axis| window.origin[axis] + size[axis] as f64 * window.pixel[axis] + reach);
@@ -297,7 +297,7 @@ mod tests {
         let timed = timed(|i| 0.01 + 0.001 * (i % 16) as f64);
         let window = window(SIGMA / 4.0);
         let found = removal(&timed, &footprint, &limits, &window);
-        let segments = Segments::new(&timed.path);
+        let segments = Segments::new(&timed.path, 0.0);
         let times: Vec<f64> = segments.point.iter().map(|&p| 2e-3 / timed.speed[p]).collect();
         let exact = deposit(&Samples::segments(&timed.path, SIGMA / 2.0), &times, &footprint, &window);
         let greatest = exact.iter().fold(0.0f64, |m, d| m.max(*d));

@@ -1,7 +1,8 @@
 //! The readers: what they find in real and hand-made files, and that no bytes make them panic.
 
 use polishc::diagnostics::Problem;
-use polishc::height_map::{Format, metropro, npy, read};
+use polishc::height_map::{Format, Grid, metropro, npy, read};
+use polishc::job::ZernikeOrder;
 use polishc::metrology;
 use proptest::prelude::*;
 use std::path::PathBuf;
@@ -349,6 +350,58 @@ fn a_file_from_a_real_interferometer() {
     let valid = || map.values.iter().enumerate().filter(|(_, v)| !v.is_nan());
     assert_eq!(place(valid().max_by(|a, b| a.1.total_cmp(b.1)).unwrap().0), (401, 268));
     assert_eq!(place(valid().min_by(|a, b| a.1.total_cmp(b.1)).unwrap().0), (146, 387));
+}
+
+/// The study's maps inside 180 mm, piston and tilt off: PV, RMS and PVr with the 36 Fringe and with the 36 standard
+/// polynomials, by the study's own code (NumPy). Map B is the example's; the others lie beside the samples.
+#[test]
+fn robust_figures_of_the_study() {
+    let beside = |name: &str| {
+        let folder = std::env::var_os("POLISHC_SAMPLES")
+            .map_or_else(|| std::path::PathBuf::from("../shared/samples"), std::path::PathBuf::from);
+        folder.join("../maps").join(name)
+    };
+    for (path, pv, rms, fringe, standard) in [
+        ("examples/sphere_200/map_b.npy".into(), 96.416, 15.232, 100.101, 97.945),
+        (beside("map_A_pv1.0.npy"), 632.326, 114.284, 664.832, 712.757),
+        (beside("map_C_pv0.10.npy"), 64.447, 10.314, 67.262, 67.673),
+    ] {
+        let Ok(bytes) = std::fs::read(&path) else {
+            println!("skipped: there is no {}", path.display());
+            continue;
+        };
+        let map = read(&bytes, "map.npy").unwrap();
+        let masked: Vec<f64> = (0..200 * 200)
+            .map(|i| {
+                let (x, y) = ((i % 200) as f64 - 99.5, (i / 200) as f64 - 99.5);
+                if x * x + y * y < 90.0 * 90.0 { map.values[i] } else { f64::NAN }
+            })
+            .collect();
+        let masked = npy::write(200, &masked).unwrap();
+        let found = metrology::inspect(&masked, "map.npy", Some(1e-9), Some(1e-3)).unwrap();
+        let near = |found: Option<f64>, expected: f64| {
+            let found = found.expect("a figure");
+            assert!((found - expected).abs() < 1.1e-3, "{}: {found}, expected {expected}", path.display());
+        };
+        near(found.pv_detilted_nm, pv);
+        near(found.rms_detilted_nm, rms);
+        near(found.pvr_fringe36_nm, fringe);
+        // The other set, of the picture without its plane: the mask is symmetric, so that mean and slopes are independent.
+        let raw = read(&masked, "map.npy").unwrap();
+        let mut grid = Grid { columns: 200, rows: 200, pixel: [1e-3; 2], origin: [-99.5e-3; 2], values: raw.values };
+        let place = |i: usize| [(i % 200) as f64 - 99.5, (i / 200) as f64 - 99.5];
+        let valid: Vec<usize> = (0..200 * 200).filter(|i| !grid.values[*i].is_nan()).collect();
+        let mean = valid.iter().map(|i| grid.values[*i]).sum::<f64>() / valid.len() as f64;
+        let slope = [0, 1].map(|k| {
+            let sum = |f: &dyn Fn(usize) -> f64| valid.iter().map(|i| place(*i)[k] * f(*i)).sum::<f64>();
+            sum(&|i| grid.values[i]) / sum(&|i| place(i)[k])
+        });
+        for i in valid {
+            grid.values[i] -= mean + slope[0] * place(i)[0] + slope[1] * place(i)[1];
+        }
+        let other = metrology::pvr(&grid, &[true; 200 * 200], ZernikeOrder::noll).expect("enough pixels");
+        near(Some(other.pvr), standard);
+    }
 }
 
 #[test]
