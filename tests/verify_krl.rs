@@ -655,7 +655,8 @@ fn hand_edits_that_do_not_matter_are_accepted() {
 /// Points on the plan's surface, which is not the job's plane between them: what a spline does there is looked at.
 #[test]
 fn the_way_between_the_points_is_compared_with_the_surface() {
-    let job = krl_job_with(&[]);
+    let whole = json!({"circle": {"diameter": 0.34, "centre": null}});
+    let job = krl_job_with(&[("/workpiece/edge", whole)]);
     let motion = plan(&job, curved(raster(1, 11)), Purpose::Polish);
     let program = target::emit("flat_340", &motion, &job).expect("a program").0;
     let found = verify::check(&program, &motion, &job, &Plane {});

@@ -443,18 +443,15 @@ impl SubProgram<'_> {
             // The tool's +z points into the glass.
             let axis = tool.rotation * Vector3::z();
             let contact = tool.translation.vector + axis * self.replay.standoff;
-            let straight = end == 1 || end + 1 == count;
-            // The straight segments lie off the part; where they do not, they are looked at like the others.
-            if straight && workpiece.edge.distance(contact.x, contact.y) < 0.0 {
-                continue;
-            }
+            // Beside the part, where blocks begin and end, nothing is polished.
+            let on_the_part = workpiece.edge.distance(contact.x, contact.y) >= 0.0;
             let mut say = |what: String| {
                 let [from, to] = [end - 1, end].map(|k| Planned::Point(last + 1 + k - count).place(motion));
                 let what = format!("ends a block that {what}, halfway from {from} to {to}");
                 let (code, field) = (E1015, "path.point_step");
                 report(Difference { code, field, what });
             };
-            if let Some(surface) = self.wanted.surface.at(contact.x, contact.y) {
+            if let (true, Some(surface)) = (on_the_part, self.wanted.surface.at(contact.x, contact.y)) {
                 let normal = Vector3::from(surface.normal());
                 let off = ((contact.z - surface.sag) * normal.z).abs();
                 let lean = angle_between_directions(&axis, &-normal);
