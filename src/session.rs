@@ -23,8 +23,8 @@ use crate::syntax::ast::Allow;
 use crate::target::{self, Program};
 use crate::tool::{self, InfluenceFunction};
 use crate::verify::{self, Verified};
-use crate::workpiece::form::{self, Surface};
 use crate::workpiece;
+use crate::workpiece::form::{self, Surface};
 use std::sync::Arc;
 
 /// Told when a pass begins.
@@ -279,7 +279,14 @@ impl Passes<'_> {
         };
         let outcome = dwell::solve(task, self.said).map_err(one)?;
         if let Some(limits) = &limits {
-            dwell::check_segment_times(&outcome.timed, job.tool.standoff(), corrective, &limits.segment_times, self.said).map_err(one)?;
+            dwell::check_segment_times(
+                &outcome.timed,
+                job.tool.standoff(),
+                corrective,
+                &limits.segment_times,
+                self.said,
+            )
+            .map_err(one)?;
         }
         self.planned.dwell = Some(outcome);
         self.planned.error_map = Some(error_map);

@@ -115,7 +115,8 @@ fn emitted_programs_verify() {
 
 #[test]
 fn verify_gives_the_proof() {
-    let verified = verify::verify(Draft(SMALL.program.clone()), &SMALL.motion, &SMALL.job, &Plane {}).expect("the program");
+    let verified =
+        verify::verify(Draft(SMALL.program.clone()), &SMALL.motion, &SMALL.job, &Plane {}).expect("the program");
     assert_eq!(*verified, SMALL.program);
     let draft = Draft(replaced(&SMALL.program, MAIN, "$ORI_TYPE=#VAR", "$ORI_TYPE=#CONSTANT"));
     assert!(verify::verify(draft, &SMALL.motion, &SMALL.job, &Plane {}).is_err());
