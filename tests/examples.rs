@@ -96,7 +96,7 @@ fn every_example_builds_and_holds() {
         assert!(Path::new(&job).is_file(), "{name}: an example's job is named as its folder");
         let result = build_and_verify(&job, &fresh_folder(&name), &[]);
         assert_eq!(result["name"], name.as_str());
-        assert_eq!(result["note"], "not controller-verified");
+        assert!(result["note"].as_str().is_some_and(|note| note.starts_with("not controller-verified")), "{name}");
         found += 1;
     }
     assert!(found > 0);
@@ -141,7 +141,7 @@ fn the_maps_in_the_tree_are_those_that_are_made() {
 }
 
 /// BLAKE3 of the study's map B.
-const MAP_B: &str = "@MAP_B@";
+const MAP_B: &str = "11f669f4044091a130e47f83b3e3f75c6127f085301ce65ee182f7c36cc10be5";
 
 /// The sphere against the study that its map is from: least squares on a spiral of hexagons, 2.2 mm wide, with the same spot
 /// and the same feeds left 1.10 nm RMS in 753 to 790 s (free and fixed even layer). A raster of 1 mm on the curved part does
@@ -182,8 +182,8 @@ fn curved_jobs_build_and_verify_on_both_targets() {
     std::fs::write(&map, small_map()).expect("the map");
     let set = format!("map={}", map.to_str().expect("UTF-8"));
     for (file, jobs) in [
-        ("tests/jobs/asphere_rectangle.polish", ["asphere_rapid", "asphere_krl"]),
-        ("tests/jobs/off_axis_hexagon.polish", ["segment_rapid", "segment_krl"]),
+        ("tests/curved/asphere_rectangle.polish", ["asphere_rapid", "asphere_krl"]),
+        ("tests/curved/off_axis_hexagon.polish", ["segment_rapid", "segment_krl"]),
     ] {
         for name in jobs {
             let result = build_and_verify_one(file, Some(name), &folder.join(name), &["--set", &set]);
