@@ -6,6 +6,7 @@
 #[path = "../tests/program/mod.rs"]
 mod program;
 
+use polishc::job::Plane;
 use polishc::motion::Purpose;
 use polishc::verify::krl::reader;
 use polishc::{target, verify};
@@ -46,7 +47,7 @@ fn main() {
                 }
             });
             time(3, &mut || {
-                assert!(verify::check(black_box(&program), &motion, &job).is_empty());
+                assert!(verify::check(black_box(&program), &motion, &job, &Plane {}).is_empty());
             });
         }
         println!("{threads} threads:");
