@@ -139,10 +139,10 @@ mod tests {
     fn a_parent_that_ends_before_the_part_is_refused() {
         let sphere = Form::sphere(Sphere { side: Side::concave, radius: Length(0.5) });
         let job = OffAxis { parent: Box::new(sphere), distance: Length(0.5), direction: Angle(0.0) };
-        let problem = Segment::new(&job).err().expect("a refusal");
+        let problem = Segment::new(&job).expect_err("a refusal");
         assert_eq!((problem.code, problem.field.as_deref()), (codes::E0602, Some("distance")));
         let plane = OffAxis { parent: Box::new(Form::plane(crate::job::Plane {})), ..job };
-        assert_eq!(Segment::new(&plane).err().expect("a refusal").field.as_deref(), Some("parent"));
+        assert_eq!(Segment::new(&plane).expect_err("a refusal").field.as_deref(), Some("parent"));
     }
 
     proptest! {

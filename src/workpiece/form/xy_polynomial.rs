@@ -123,7 +123,7 @@ mod tests {
             (vec![(1, 1, f64::NAN)], "terms.0.coefficient"),
         ] {
             let job = job(Form::plane(Plane {}), Sag::positive_towards_tool, &terms);
-            let problem = Polynomial::new(&job, Box::new(Plane {})).err().expect("a refusal");
+            let problem = Polynomial::new(&job, Box::new(Plane {})).expect_err("a refusal");
             assert_eq!((problem.code, problem.field.as_deref()), (codes::E0602, Some(field)));
         }
     }

@@ -324,7 +324,7 @@ mod tests {
             order: ZernikeOrder::fringe,
             coefficients: vec![Length(0.0); 37],
         };
-        assert_eq!(Freeform::new(&form, Box::new(Plane {})).err().expect("a refusal").code, codes::E0602);
+        assert_eq!(Freeform::new(&form, Box::new(Plane {})).expect_err("a refusal").code, codes::E0602);
         form.order = ZernikeOrder::noll;
         assert!(Freeform::new(&form, Box::new(Plane {})).is_ok());
         form.coefficients.clear();
