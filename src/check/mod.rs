@@ -10,6 +10,7 @@ mod expression;
 mod globals;
 pub mod library;
 pub mod load;
+pub mod meant;
 mod mismatch;
 mod names;
 mod record;

@@ -51,6 +51,7 @@ pub fn foreign(place: &Place<'_>, token: &Token) -> Option<Foreign> {
         TokenKind::Number => decimal_comma(place, token),
         TokenKind::Punctuation => operator(place, token).or_else(|| walrus(place, token)),
         TokenKind::Unknown => operator(place, token)
+            .or_else(|| temperature(place, token))
             .or_else(|| hash(place, token))
             .or_else(|| quoted(place, token))
             .or_else(|| sign_of_angle(place, token))
@@ -177,6 +178,19 @@ fn sign_of_angle(place: &Place<'_>, token: &Token) -> Option<Foreign> {
         mend.replacement = format!(" {ours}");
     }
     Some(found)
+}
+
+/// `20 °C`: nothing is computed with temperatures, only with their differences.
+fn temperature(place: &Place<'_>, token: &Token) -> Option<Foreign> {
+    let rest = place.rest(token).strip_prefix('°')?;
+    let scale = rest.chars().next().filter(|c| matches!(c, 'C' | 'F'))?;
+    if rest[1..].starts_with(super::tokens::continues_word) {
+        return None;
+    }
+    let span = place.span(token.start, token.end + 1);
+    let diagnostic = Diagnostic::error(codes::E0101, span, format!("`°{scale}` is no unit of this language"))
+        .help("a difference of temperature is in `K`: `20 K`");
+    Some(Foreign { end: span.end, read: Some((LexemeKind::Word, "K".into())), lost: false, diagnostic })
 }
 
 /// `mm²`, `s⁻¹`.

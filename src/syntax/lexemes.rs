@@ -150,11 +150,14 @@ pub fn lexemes(file: FileId, text: &str, tokens: &[Token], diagnostics: &mut Vec
                 if !closed {
                     let whole = slice.trim_end();
                     let end = span.start + whole.len() as u32;
-                    diagnostics.push(
-                        Diagnostic::error(codes::E0104, Span { end, ..span }, "this text is never closed")
-                            .label("a text ends on its line")
-                            .help("close it with `\"`"),
-                    );
+                    let diagnostic = Diagnostic::error(codes::E0104, Span { end, ..span }, "this text is never closed")
+                        .label("a text ends on its line")
+                        .help("close it with `\"`");
+                    // Where more may stand on the line than the text, nobody knows its end.
+                    diagnostics.push(match whole.contains([',', '}', ')', ']', '{', '\\']) || whole.contains("//") {
+                        true => diagnostic,
+                        false => diagnostic.suggest(Span { start: end, end, ..span }, "\""),
+                    });
                     (mended, lost) = (Some("\"\"".to_string()), true);
                 }
                 LexemeKind::Text
@@ -263,9 +266,7 @@ fn unknown(slice: &str, span: Span, plain: Option<&'static str>) -> Diagnostic {
     let diagnostic = Diagnostic::error(codes::E0101, span, format!("`{shown}` has no meaning in this language"));
     match (plain, slice) {
         (Some(plain), _) => diagnostic.help(format!("write `{plain}`")).suggest(span, plain),
-        (None, s) if s.contains(QUOTES) => {
-            diagnostic.help("a text stands between straight double quotes: `\"…\"`")
-        }
+        (None, s) if s.contains(QUOTES) => diagnostic.help("a text stands between straight double quotes: `\"…\"`"),
         (None, "°") => diagnostic.help("a difference of temperature is in `K`: `20 K`"),
         (None, s) if s.starts_with('&') => diagnostic.help("write `and`"),
         (None, s) if s.contains('±') => diagnostic.help("write both ends of a range: `a .. b`"),

@@ -180,9 +180,13 @@ impl Reader<'_> {
         let second = matches!(entry.parts.get(1), Some(Part::Lexeme(l)) if *l == name);
         let word = self.word(name);
         second.then(|| {
-            Diagnostic::error(codes::E0107, self.place(name, name), format!("the parameter `{word}` does not say its type"))
-                .note("what `--set` gives from outside is checked against it")
-                .help(format!("write it after the name: `param {word}: Length = …`"))
+            Diagnostic::error(
+                codes::E0107,
+                self.place(name, name),
+                format!("the parameter `{word}` does not say its type"),
+            )
+            .note("what `--set` gives from outside is checked against it")
+            .help(format!("write it after the name: `param {word}: Length = …`"))
         })
     }
 
@@ -213,12 +217,17 @@ impl Reader<'_> {
         if word.chars().count() > 6 {
             return None;
         }
-        let gap = Span { start: self.writer.lexemes[before].end, end: self.writer.lexemes[at].start, ..self.place(at, at) };
+        let gap =
+            Span { start: self.writer.lexemes[before].end, end: self.writer.lexemes[at].start, ..self.place(at, at) };
         Some(
-            Diagnostic::error(codes::E0107, self.place(at, at), format!("`{word}` stands after a bracket, not after a number"))
-                .note("a unit belongs to the number right before it")
-                .help(format!("multiply by it: `(…) * 1 {word}`"))
-                .suggest(gap, " * 1 "),
+            Diagnostic::error(
+                codes::E0107,
+                self.place(at, at),
+                format!("`{word}` stands after a bracket, not after a number"),
+            )
+            .note("a unit belongs to the number right before it")
+            .help(format!("multiply by it: `(…) * 1 {word}`"))
+            .suggest(gap, " * 1 "),
         )
     }
 }

@@ -195,7 +195,8 @@ impl<'a> Writer<'a> {
         let colon = entry.parts.iter().position(|part| self.kind(Some(part)) == Some(LexemeKind::Colon))?;
         let pieces = &entry.parts[..colon];
         let name = |part: &Part| matches!(self.kind(Some(part)), Some(LexemeKind::Word | LexemeKind::Number));
-        let good = pieces.iter().enumerate().all(|(i, part)| if i % 2 == 0 { name(part) } else { self.slice(*part) == "-" });
+        let good =
+            pieces.iter().enumerate().all(|(i, part)| if i % 2 == 0 { name(part) } else { self.slice(*part) == "-" });
         let close = pieces.windows(2).all(|pair| self.range(pair[0]).1 == self.range(pair[1]).0);
         (good && close && colon % 2 == 1).then_some(Slip::Pieces(colon))
     }
