@@ -7,7 +7,7 @@ use crate::check;
 use crate::diagnostics::codes as code;
 use crate::diagnostics::render;
 use crate::diagnostics::{Diagnostic, Problem, Severity};
-use crate::dwell::{self, TimedPath};
+use crate::dwell::{self, SpeedSteps, TimedPath};
 use crate::eval::{self, Requirement};
 use crate::job::{self, Job, Origins, Unchecked};
 use crate::metrology::{self, ErrorMap};
@@ -206,8 +206,8 @@ impl Passes<'_> {
         self.said.extend(odd);
 
         self.watch.pass("path");
-        let controller = job.target.as_ref().map(|job::Target::rapid(rapid)| &rapid.controller);
-        let most_points = controller.map_or(path::MOST_POINTS, |c| u64::try_from(c.most_points).unwrap_or(0));
+        let limits = job.target.as_ref().map(target::limits);
+        let most_points = limits.as_ref().map_or(path::MOST_POINTS, |limits| limits.most_points);
         let tool_path = path::plan(&job.path, &job.workpiece, most_points).map_err(one)?;
         if until == Until::Path {
             self.planned.path = Some(tool_path);
@@ -222,7 +222,7 @@ impl Passes<'_> {
         self.watch.pass("dwell");
         let job::Dwell::corrective(corrective) = &job.dwell;
         let job::Path::raster(raster) = &job.path;
-        let speed_step = speed_step(controller);
+        let speed_steps = limits.as_ref().map_or(FINEST_SPEEDS, |limits| limits.speed_steps);
         let task = dwell::Task {
             path: tool_path,
             line_pitch: raster.line_pitch.0,
@@ -232,15 +232,15 @@ impl Passes<'_> {
             influence: &influence,
             azimuth: job.tool.azimuth(),
             dwell: corrective,
-            speed_step,
+            speed_steps,
         };
         let outcome = dwell::solve(task, self.said).map_err(one)?;
-        if let Some(controller) = controller {
-            dwell::check_segment_times(&outcome.timed, corrective, controller, self.said).map_err(one)?;
+        if let Some(limits) = &limits {
+            dwell::check_segment_times(&outcome.timed, corrective, &limits.segment_times, self.said).map_err(one)?;
         }
         self.planned.dwell = Some(outcome);
         self.planned.error_map = Some(error_map);
-        let (Some(robot), Some(wanted)) = (&job.robot, &job.target) else { return Ok(()) };
+        let (Some(robot), Some(limits)) = (&job.robot, &limits) else { return Ok(()) };
         if until == Until::Dwell {
             return Ok(());
         }
@@ -254,8 +254,8 @@ impl Passes<'_> {
             part: [bounds.min, bounds.max],
             acceleration: corrective.acceleration.0,
             purpose: self.request.purpose,
-            points_per_run: target::points_per_module(wanted),
-            speed_step,
+            room: limits.room,
+            speed_steps,
         };
         // Moved, not copied: with five million points a copy is half a gigabyte.
         let timed = self.planned.dwell.as_mut().map(|outcome| std::mem::take(&mut outcome.timed)).unwrap_or_default();
@@ -314,12 +314,8 @@ fn output_checks(job: &Job, until: Until) -> Vec<Problem> {
     problems
 }
 
-/// Programmed speeds are whole multiples of this, m/s: the last decimal (of mm/s) that the target writes. Without a
-/// target a tenth of a micrometre a second, finer than any controller's.
-fn speed_step(controller: Option<&job::Controller>) -> f64 {
-    const FINEST: f64 = 1e-7;
-    controller.map_or(FINEST, |c| 1e-3 / libm::pow(10.0, c.speed_decimals as f64))
-}
+/// Programmed speeds without a target: tenths of a micrometre a second, finer than any controller's.
+const FINEST_SPEEDS: SpeedSteps = SpeedSteps::Fixed(1e-7);
 
 /// Says whether an edited or foreign `program` does what the first job of `done` asks, as diagnostics of `done`.
 /// The job must have been compiled as far as [`Until::Motion`].
@@ -374,7 +370,7 @@ impl Planned {
                 .filter(|p| p.severity == Severity::Warning)
                 .map(|p| format!("{}: {}", p.code, p.message))
                 .collect(),
-            unchecked: self.job.unchecked.iter().flatten().map(|u| u.name()).collect(),
+            unchecked: target::facts::unchecked(&self.job),
             note: "not controller-verified",
         });
     }

@@ -70,7 +70,7 @@ pub struct Loaded {
 /// Reads the file at `path`, everything it uses and stdlib, and parses the values of `--set`.
 pub fn load(files: &dyn FileProvider, path: &str, sets: &[(String, String)]) -> Loaded {
     let mut loader = Loader { files, out: Loaded::default(), known: BTreeMap::new(), chain: Vec::new() };
-    match read(files, path) {
+    match read_text(files, path) {
         Ok(text) => {
             // The job's file may be called `./a.polish` here and `a.polish` by a file that uses it.
             if let Ok(whole) = files.resolve("", path) {
@@ -79,10 +79,7 @@ pub fn load(files: &dyn FileProvider, path: &str, sets: &[(String, String)]) -> 
             loader.file(path, text, None);
             loader.set_params(sets);
         }
-        Err(why) => {
-            let message = format!("the file `{path}` {}", why.words());
-            loader.out.diagnostics.push(Diagnostic::placeless(why.code(), message));
-        }
+        Err(unusable) => loader.out.diagnostics.push(*unusable),
     }
     for file in library::FILES.iter().filter(|file| file.core) {
         loader.file(file.path, file.text.to_string(), Some(file));
@@ -126,6 +123,12 @@ impl Unusable {
             Unusable::NotUtf8(line) => format!("is no UTF-8 text: line {line} holds something else, save it as UTF-8"),
         }
     }
+}
+
+/// The text of the file at `path`, or why it cannot be used.
+pub fn read_text(files: &dyn FileProvider, path: &str) -> Result<String, Box<Diagnostic>> {
+    let say = |why: Unusable| Diagnostic::placeless(why.code(), format!("the file `{path}` {}", why.words()));
+    read(files, path).map_err(|why| Box::new(say(why)))
 }
 
 fn read(files: &dyn FileProvider, path: &str) -> Result<String, Unusable> {

@@ -152,6 +152,14 @@ pub enum Command {
         #[arg(long, value_name = "LENGTH")]
         pixel: Option<String>,
     },
+    /// Put files into the one look: all of them or none. Comments, and where lines end, stay.
+    Fmt {
+        #[arg(required = true, value_name = "FILE")]
+        files: Vec<PathBuf>,
+        /// Write nothing; say which files would change, with exit status 1 if one would.
+        #[arg(long)]
+        check: bool,
+    },
     /// Explain a diagnostic's code.
     Explain { code: String },
 }

@@ -2,12 +2,13 @@
 #![allow(clippy::disallowed_methods, reason = "cli is where disk, clock and environment are")]
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "cli is where standard output is")]
 
-use super::arguments::{Arguments, Colour, Command, Common, Deny, Emit, For, MessageFormat};
+use super::arguments::{Arguments, Command, Common, Deny, Emit, For, MessageFormat};
 use super::disk::Disk;
+use super::fmt;
 use super::output::{self, Output, RealFolder};
+use super::terminal::{BUG, Timings, WRONG_COMMAND, WRONG_INPUT, finish, say, show};
 use crate::diagnostics::codes as code;
-use crate::diagnostics::render::{self, Style};
-use crate::diagnostics::{Code, Diagnostic, Severity};
+use crate::diagnostics::{Code, Diagnostic};
 use crate::metrology;
 use crate::motion::Purpose;
 use crate::report::{Met, ResultFile};
@@ -16,18 +17,9 @@ use crate::source::Sources;
 use crate::target::Program;
 use clap::{Parser, ValueEnum};
 use std::ffi::OsString;
-use std::io::{IsTerminal, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::sync::Mutex;
-use std::time::Instant;
-
-/// Exit status of a job or data with errors.
-const WRONG_INPUT: u8 = 1;
-/// Exit status of a wrong command line.
-const WRONG_COMMAND: u8 = 2;
-/// Exit status of a bug in polishc.
-const BUG: u8 = 101;
 
 /// Runs the command line `arguments` (the first is the program's name) and says how it ended.
 pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
@@ -75,45 +67,8 @@ fn dispatch(arguments: &Arguments) -> u8 {
         Command::Inspect { files, json, unit, pixel } => {
             inspect(common, files, *json, unit.as_deref(), pixel.as_deref())
         }
+        Command::Fmt { files, check } => fmt::format(common, files, *check),
         Command::Explain { code } => explain(code),
-    }
-}
-
-/// Times the passes: each is counted from its own call to the next one's.
-struct Timings {
-    start: Instant,
-    passes: Mutex<Vec<(&'static str, f64)>>,
-}
-
-impl Timings {
-    fn new() -> Timings {
-        Timings { start: Instant::now(), passes: Mutex::new(Vec::new()) }
-    }
-
-    /// The passes with their milliseconds, and those of all.
-    fn milliseconds(&self) -> (Vec<(&'static str, f64)>, f64) {
-        let end = self.start.elapsed().as_secs_f64();
-        let passes = self.passes.lock().map(|p| p.clone()).unwrap_or_default();
-        let rounded = |seconds: f64| (seconds * 1e5).round() / 100.0;
-        let each = passes.iter().enumerate().map(|(i, (name, from))| {
-            let to = passes.get(i + 1).map_or(end, |(_, at)| *at);
-            (*name, rounded(to - from))
-        });
-        (each.collect(), rounded(end))
-    }
-
-    fn to_json(&self) -> String {
-        let (passes, total) = self.milliseconds();
-        let lines: Vec<_> = passes.iter().map(|(name, ms)| serde_json::json!({ "pass": name, "ms": ms })).collect();
-        serde_json::json!({ "passes": lines, "total_ms": total }).to_string() + "\n"
-    }
-}
-
-impl Watch for Timings {
-    fn pass(&self, name: &'static str) {
-        if let Ok(mut passes) = self.passes.lock() {
-            passes.push((name, self.start.elapsed().as_secs_f64()));
-        }
     }
 }
 
@@ -136,54 +91,6 @@ fn request(common: &Common, file: &Path, job: Option<&str>, set: &[String], purp
         until,
         warnings_are_errors: common.deny == Some(Deny::Warnings),
     }
-}
-
-fn show(common: &Common, sources: &Sources, diagnostics: &[Diagnostic]) {
-    let style = match common.message_format {
-        MessageFormat::Human => Style::Human,
-        MessageFormat::Short => Style::Short,
-        MessageFormat::Json => Style::Json,
-    };
-    let colour = match common.color {
-        Colour::Always => true,
-        Colour::Never => false,
-        Colour::Auto => std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|v| v.is_empty()),
-    };
-    let shown: Vec<Diagnostic> = diagnostics
-        .iter()
-        .filter(|d| !(common.quiet && d.severity == Severity::Warning && common.deny.is_none()))
-        .cloned()
-        .collect();
-    eprint!("{}", render::render(sources, &shown, style, colour));
-    let mut summary = render::summary(&shown);
-    if common.deny.is_some() && !shown.is_empty() && shown.iter().all(|d| d.severity == Severity::Warning) {
-        summary.push_str(", denied by `--deny warnings`");
-    }
-    if style != Style::Json && !summary.is_empty() {
-        eprintln!("{summary}");
-    }
-}
-
-/// Ends a command: tells and writes the timings if they were asked for.
-fn finish(common: &Common, timings: &Timings, status: u8) -> u8 {
-    if common.verbose && common.message_format != MessageFormat::Json {
-        let (passes, total) = timings.milliseconds();
-        for (name, ms) in passes.into_iter().chain([("all", total)]) {
-            eprintln!("{name:<10} {ms:>10.2} ms");
-        }
-    }
-    if let Some(path) = &common.timings
-        && let Err(error) = std::fs::write(path, timings.to_json())
-    {
-        eprintln!("the timings could not be written to `{}`: {}", path.display(), output::words(&error));
-        return status.max(WRONG_INPUT);
-    }
-    status
-}
-
-/// One line on standard output; a closed pipe is nobody's error.
-fn say(text: &str) {
-    writeln!(std::io::stdout(), "{text}").ok();
 }
 
 fn check(common: &Common, file: &Path, set: &[String], until: Until) -> u8 {

@@ -3,6 +3,8 @@
 mod arguments;
 mod commands;
 mod disk;
+mod fmt;
 pub mod output;
+mod terminal;
 
 pub use commands::run;

@@ -11,6 +11,7 @@ mod entries;
 mod expressions;
 mod foreign;
 mod forgotten;
+pub mod format;
 mod grammar;
 mod items;
 mod lexemes;

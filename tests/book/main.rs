@@ -24,6 +24,7 @@ mod blocks;
 mod code;
 mod commands;
 mod errors;
+mod figures;
 mod grammar;
 mod links;
 mod orientation;
