@@ -3,6 +3,8 @@
 //! In: a [`FileProvider`], a [`Request`]. Out: a [`Compilation`]: the sources read, everything there is to say, and what
 //! was planned for each job. Nothing is written and no clock is read: [`Watch`] tells the caller which pass begins.
 
+mod allow;
+
 use crate::check;
 use crate::diagnostics::codes as code;
 use crate::diagnostics::render;
@@ -16,6 +18,7 @@ use crate::path::{self, ToolPath};
 use crate::report::{self, Input, JobResult, Met};
 use crate::source::{FileProvider, Sources, Span};
 use crate::syntax;
+use crate::syntax::ast::Allow;
 use crate::target::{self, Program};
 use crate::tool::{self, InfluenceFunction};
 use crate::verify::{self, Verified};
@@ -143,18 +146,43 @@ pub fn compile(files: &dyn FileProvider, request: &Request, watch: &dyn Watch) -
             if let Err(problems) = passes.run() {
                 said.extend(problems);
             }
-            planned.summarise(request.purpose, planned.inputs(files, &done.sources, &request.path), &said);
+            let in_text = |problem| in_text(problem, &planned.origins, &done.sources);
+            let found: Vec<Diagnostic> = said.into_iter().map(in_text).collect();
+            let warnings = warnings(&found, &compiled.allows);
+            planned.summarise(request.purpose, planned.inputs(files, &done.sources, &request.path), warnings);
             // A program for polishing must do what the job requires; a rehearsal, or a look at a form on the way, need not.
-            let finished = !said.iter().any(|p| p.severity == Severity::Error);
+            let finished = !found.iter().any(|d| d.severity == Severity::Error);
             if finished && request.until == Until::Program && request.purpose == Purpose::Polish {
                 done.diagnostics.extend(planned.unmet());
             }
-            done.diagnostics.extend(said.into_iter().map(|problem| in_text(problem, &planned.origins, &done.sources)));
+            done.diagnostics.extend(found);
         }
         done.jobs.push(planned);
     }
+    let finished = !done.diagnostics.iter().any(|d| d.severity == Severity::Error) && request.job.is_none();
+    let whole_way = request.until == Until::Program && request.purpose == Purpose::Polish;
+    allow::silence(&mut done.diagnostics, &compiled.allows, |allow| {
+        // A library is used by other jobs too, in which the passes may find what they do not find in this one.
+        let ours = done.sources.name(allow.span.file) == request.path;
+        finished && (of_text(&allow.code.text) || (whole_way && ours))
+    });
     render::sort(&mut done.diagnostics);
     done
+}
+
+/// Whether a code belongs to the text (syntax to values), not to a pass after it.
+fn of_text(code: &str) -> bool {
+    code.get(1..3).is_some_and(|range| range <= "04")
+}
+
+/// The warnings as the result keeps them: those that are allowed too, with the reason.
+fn warnings(found: &[Diagnostic], allows: &[Allow]) -> Vec<String> {
+    let warnings = found.iter().filter(|d| d.severity == Severity::Warning);
+    let with_reason = |d: &Diagnostic| match allow::reason(d, allows) {
+        Some(reason) => format!("{}: {} (allowed: {reason})", d.code, d.message),
+        None => format!("{}: {}", d.code, d.message),
+    };
+    warnings.map(with_reason).collect()
 }
 
 /// What a pass said of a field, put at the line of the job that said the field.
@@ -347,7 +375,7 @@ impl Planned {
     }
 
     /// Puts together what is known.
-    fn summarise(&mut self, purpose: Purpose, inputs: Vec<Input>, said: &[Problem]) {
+    fn summarise(&mut self, purpose: Purpose, inputs: Vec<Input>, warnings: Vec<String>) {
         let (Some(outcome), Some(path)) = (&self.dwell, self.path()) else { return };
         let program = self.program.as_deref();
         let results = report::results(outcome, path, self.motion.as_deref(), program);
@@ -365,11 +393,7 @@ impl Planned {
             motion: self.motion.as_deref().map(report::motion),
             inputs,
             requirements: self.requirements.iter().map(|r| report::requirement(r, &results)).collect(),
-            warnings: said
-                .iter()
-                .filter(|p| p.severity == Severity::Warning)
-                .map(|p| format!("{}: {}", p.code, p.message))
-                .collect(),
+            warnings,
             unchecked: target::facts::unchecked(&self.job),
             note: "not controller-verified",
         });

@@ -29,6 +29,7 @@ macro_rules! library {
 library! {
     true "dimensions" "dimensions.polish"
     true "units" "units.polish"
+    true "functions" "functions.polish"
     true "geometry" "geometry.polish"
     true "workpiece" "workpiece.polish"
     true "metrology" "metrology.polish"

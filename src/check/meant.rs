@@ -179,7 +179,8 @@ impl Checker<'_> {
     }
 
     fn is_value(&self, module: ModuleId, word: &str) -> bool {
-        [&self.scopes[module.0], &self.core].iter().any(|scope| scope.values.contains_key(word))
+        self.locals.iter().any(|local| local.name == word)
+            || [&self.scopes[module.0], &self.core].iter().any(|scope| scope.values.contains_key(word))
     }
 
     /// A value of this file with a name near to the word.
