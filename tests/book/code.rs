@@ -5,7 +5,7 @@ use crate::splice::splice;
 use crate::{all_pages, read};
 use polishc::diagnostics::render::{self, Style};
 use polishc::session::{self, Compilation, Request, Until, Unwatched};
-use polishc::source::{FileError, FileProvider, normalise};
+use polishc::source::{FileError, FileId, FileProvider, normalise};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
@@ -66,6 +66,13 @@ fn wrong(block: &Block) -> Option<String> {
     for (word, _) in &block.words {
         if !["fragment", "plan", "fails", "warns", "edit"].contains(&word.as_str()) {
             return Some(format!("`{word}` is no word of a mark"));
+        }
+    }
+    if block.word("fragment").is_none() && block.word("fails").is_none() {
+        let text = whole(&block.text);
+        match polishc::syntax::format::format(FileId(0), &text) {
+            Ok(formatted) if formatted != text => return Some(format!("`polishc fmt` would write\n{formatted}")),
+            _ => {}
         }
     }
     let (files, path) = match block.word("fragment") {
