@@ -501,7 +501,7 @@ fn soup(seed: u64, bytes: usize) -> String {
         state ^= state >> 27;
         let pick = (state.wrapping_mul(0x2545_f491_4f6c_dd1d) >> 33) as usize;
         text.push_str(WORDS[pick % WORDS.len()]);
-        if pick % 7 != 0 {
+        if !pick.is_multiple_of(7) {
             text.push(' ');
         }
     }
