@@ -67,8 +67,17 @@ pub struct Loaded {
     pub diagnostics: Vec<Diagnostic>,
 }
 
+/// How much of stdlib's core is read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Core {
+    /// What the job's files name. Enough for files without a mistake.
+    Needed,
+    /// All of it: to say what is wrong, and what was meant instead, all names must be known.
+    Whole,
+}
+
 /// Reads the file at `path`, everything it uses and stdlib, and parses the values of `--set`.
-pub fn load(files: &dyn FileProvider, path: &str, sets: &[(String, String)]) -> Loaded {
+pub fn load(files: &dyn FileProvider, path: &str, sets: &[(String, String)], core: Core) -> Loaded {
     let mut loader = Loader { files, out: Loaded::default(), known: BTreeMap::new(), chain: Vec::new() };
     match read_text(files, path) {
         Ok(text) => {
@@ -82,8 +91,13 @@ pub fn load(files: &dyn FileProvider, path: &str, sets: &[(String, String)]) -> 
         }
         Err(unusable) => loader.out.diagnostics.push(*unusable),
     }
-    for file in library::FILES.iter().filter(|file| file.core) {
-        loader.file(file.path, file.text.to_string(), Some(file));
+    let whole = || library::FILES.iter().filter(|file| file.core).map(|file| (file, file.text.to_string())).collect();
+    let library: Vec<_> = match core {
+        Core::Needed => library::needed(loader.out.sources.iter().map(|(_, _, text)| text)),
+        Core::Whole => whole(),
+    };
+    for (file, text) in library {
+        loader.file(file.path, text, Some(file));
     }
     loader.out
 }

@@ -44,7 +44,7 @@ pub struct Compiled {
     pub diagnostics: Vec<Diagnostic>,
     /// Empty when there is an error.
     pub jobs: Vec<CompiledJob>,
-    /// Schemas with fields, types, defaults and docs.
+    /// Schemas with fields, types, defaults and docs: those that the file needs. [`library`] has all of them.
     pub vocabulary: Vocabulary,
     /// The `allow` lines of all files; the warnings are still among the diagnostics.
     pub allows: Vec<Allow>,
@@ -75,7 +75,16 @@ pub struct ParamValue {
 
 /// Reads, checks and evaluates the file at `path`.
 pub fn compile(files: &dyn FileProvider, path: &str, options: &Options) -> Compiled {
-    let mut loaded = load::load(files, path, &options.sets);
+    let compiled = compile_with(files, path, options, load::Core::Needed);
+    match compiled.diagnostics.iter().any(|d| d.severity == Severity::Error) {
+        true => compile_with(files, path, options, load::Core::Whole),
+        false => compiled,
+    }
+}
+
+/// The same with so much of stdlib. Without an error both come to the same, as a test shows.
+pub fn compile_with(files: &dyn FileProvider, path: &str, options: &Options, core: load::Core) -> Compiled {
+    let mut loaded = load::load(files, path, &options.sets, core);
     let (checked, mistakes) = check::check(&loaded, files);
     let doubtful = doubtful_lines(&loaded);
     let said = std::mem::take(&mut loaded.diagnostics).into_iter().chain(mistakes).collect();

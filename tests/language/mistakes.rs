@@ -381,3 +381,147 @@ fn no_cut_in_a_job_breaks_the_compiler() {
         }
     }
 }
+
+/// Words, marks and numbers of the language in any order, in the rough shape of a file.
+fn soup(seed: u64, bytes: usize) -> String {
+    const WORDS: &[&str] = &[
+        "use",
+        "let",
+        "param",
+        "fn",
+        "schema",
+        "family",
+        "job",
+        "allow",
+        "assert",
+        "pub",
+        "language",
+        "because",
+        "if",
+        "then",
+        "else",
+        "for",
+        "in",
+        "with",
+        "where",
+        "usual",
+        "and",
+        "or",
+        "not",
+        "true",
+        "none",
+        "check",
+        "require",
+        "std",
+        "result",
+        "pi",
+        "sin",
+        "sqrt",
+        "sum",
+        "count",
+        "max",
+        "tangential",
+        "circle",
+        "raster",
+        "plane",
+        "material",
+        "workpiece",
+        "Length",
+        "Angle",
+        "Number",
+        "Aperture",
+        "Tool",
+        "mm",
+        "deg",
+        "rpm",
+        "x",
+        "y",
+        "a",
+        "b",
+        "i",
+        "high",
+        "diameter",
+        "W0401",
+        "(",
+        ")",
+        "[",
+        "]",
+        "{",
+        "}",
+        "{",
+        "}",
+        ",",
+        ":",
+        ":",
+        ";",
+        "=",
+        "+",
+        "-",
+        "*",
+        "/",
+        "^",
+        "<",
+        "<=",
+        "==",
+        "..",
+        "->",
+        "|",
+        ".",
+        "?",
+        "%",
+        "1",
+        "2.5",
+        "1e300",
+        "0",
+        "3 mm",
+        "4 deg",
+        "\"text\"",
+        "\"",
+        "// note\n",
+        "/// doc\n",
+        "/*",
+        "*/",
+        "\n",
+        "\n",
+        "\nlet a = ",
+        "\nfn f(a: Length) -> Length = ",
+        "\nschema s { ",
+        "\njob j { ",
+        "\nassert ",
+        "µ",
+        "§",
+        "\u{feff}",
+    ];
+    let mut state = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;
+    let mut text = String::from("language 1\n");
+    while text.len() < bytes {
+        // xorshift64*: any order will do, the same each time.
+        state ^= state >> 12;
+        state ^= state << 25;
+        state ^= state >> 27;
+        let pick = (state.wrapping_mul(0x2545_f491_4f6c_dd1d) >> 33) as usize;
+        text.push_str(WORDS[pick % WORDS.len()]);
+        if !pick.is_multiple_of(7) {
+            text.push(' ');
+        }
+    }
+    text
+}
+
+/// No panic, and no more diagnostics than a person could ever want. The time of the largest is measured by hand.
+#[test]
+fn any_soup_of_words_is_refused_in_peace() {
+    for (seed, bytes) in (0..60).map(|seed| (seed, 3_000)).chain([(100, 100_000), (101, 100_000)]) {
+        let text = soup(seed, bytes);
+        let compiled = compile(&files(&[("soup.polish", &text)]), "soup.polish", &Options::default());
+        assert!(compiled.jobs.is_empty());
+        assert!(!compiled.diagnostics.is_empty(), "seed {seed}");
+        // A thousand of the syntax, and those of what could still be read.
+        assert!(compiled.diagnostics.len() <= 10_000, "seed {seed}: {} diagnostics", compiled.diagnostics.len());
+        for diagnostic in &compiled.diagnostics {
+            let Some(label) = &diagnostic.primary else { continue };
+            let name = compiled.sources.name(label.span.file);
+            assert!(!name.starts_with('<'), "seed {seed}: stdlib is blamed: {}", diagnostic.message);
+        }
+    }
+}

@@ -1,6 +1,7 @@
 //! A whole job, its cell in another file: what lands in the structs, where it was said, what its requirements come to.
 
 use super::{library, said};
+use polishc::diagnostics::Severity;
 use polishc::eval::value::{Value, ValueKind};
 use polishc::eval::{Compiled, Options, compile, from_value};
 use polishc::job::*;
@@ -228,4 +229,56 @@ fn a_value_of_another_dimension_does_not_become_a_newtype() {
     assert!(from_value::<i64>(&half).is_err());
     assert!(from_value::<Lines>(&Value { span, kind: ValueKind::Symbol("round".into()) }).is_err());
     assert_eq!(from_value::<Lines>(&Value { span, kind: ValueKind::Symbol("one_way".into()) }), Ok(Lines::one_way));
+}
+
+/// A job comes to the same with the part of stdlib that it names as with all of it.
+#[test]
+fn a_part_of_the_library_is_enough() {
+    use polishc::check::load::Core;
+    use polishc::eval::compile_with;
+    struct Tree;
+    impl polishc::source::FileProvider for Tree {
+        #[allow(clippy::disallowed_methods, reason = "tests read the tree's own files")]
+        fn read(&self, path: &str, _: u64) -> Result<Vec<u8>, polishc::source::FileError> {
+            std::fs::read(path)
+                .or_else(|_| std::fs::read(format!("tests/ui/lib/{}", path.rsplit('/').next().unwrap_or(path))))
+                .map_err(|_| polishc::source::FileError::NotFound)
+        }
+        fn resolve(&self, from: &str, path: &str) -> Result<String, polishc::source::FileError> {
+            polishc::source::normalise(from, path).ok_or(polishc::source::FileError::Outside)
+        }
+    }
+    let mut todo = vec![std::path::PathBuf::from("examples"), "tests/ui".into(), "tests/jobs".into()];
+    let mut compared = 0;
+    while let Some(path) = todo.pop() {
+        if path.is_dir() {
+            todo.extend(std::fs::read_dir(&path).expect("a folder").map(|entry| entry.expect("an entry").path()));
+            continue;
+        }
+        let name = path.to_string_lossy().into_owned();
+        if !name.ends_with(".polish") {
+            continue;
+        }
+        let part = compile_with(&Tree, &name, &Options::default(), Core::Needed);
+        let whole = compile_with(&Tree, &name, &Options::default(), Core::Whole);
+        let failed = |done: &Compiled| done.diagnostics.iter().any(|d| d.severity == Severity::Error);
+        // What is wrong with the whole is never right with a part: then it would be missed.
+        assert_eq!(failed(&part), failed(&whole), "{name}");
+        if failed(&whole) {
+            continue;
+        }
+        assert_eq!(said(&part), said(&whole), "{name}");
+        let jobs = |done: &Compiled| -> Vec<String> {
+            done.jobs.iter().map(|job| format!("{:?} {:?} {:?}", job.job, job.requirements, job.defaults)).collect()
+        };
+        // Places of the library are the same, but its files may have other numbers.
+        let strip = |jobs: Vec<String>| -> Vec<String> {
+            jobs.into_iter()
+                .map(|job| job.split("FileId(").map(|p| p.split_once(')').map_or(p, |(_, r)| r)).collect())
+                .collect()
+        };
+        assert_eq!(strip(jobs(&part)), strip(jobs(&whole)), "{name}");
+        compared += whole.jobs.len();
+    }
+    assert!(compared > 20, "only {compared} jobs without a mistake were compared");
 }
