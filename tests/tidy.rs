@@ -14,6 +14,7 @@ const LAYERS: &[(&str, &[&str])] = &[
     ("job", &["source", "units"]),
     ("check", &["source", "units", "diagnostics", "syntax"]),
     ("eval", &["source", "units", "diagnostics", "syntax", "check", "job"]),
+    ("doc", &["source", "units", "syntax", "check", "eval"]),
     ("workpiece", &["units", "diagnostics", "job"]),
     ("metrology", &["source", "units", "diagnostics", "job", "workpiece"]),
     ("tool", &["source", "units", "diagnostics", "job", "workpiece", "metrology"]),
