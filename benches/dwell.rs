@@ -5,7 +5,7 @@
 
 use polishc::dwell::least_squares::LinearOperator;
 use polishc::dwell::removal::{Removal, Samples, Window};
-use polishc::dwell::{Footprint, Task, predict, solve};
+use polishc::dwell::{Footprint, SpeedSteps, Task, predict, solve};
 use polishc::job::{Annulus, Aperture, Circle, Corrective, Form, FreePiston, Lines, Piston, Plane, Raster};
 use polishc::metrology::Grid;
 use polishc::path::{ToolPath, raster};
@@ -75,7 +75,7 @@ fn task(example: &Example) -> Task<'_> {
         influence: &example.influence,
         azimuth: 0.0,
         dwell: &example.dwell,
-        speed_step: 1e-6,
+        speed_steps: SpeedSteps::Fixed(1e-6),
     }
 }
 

@@ -8,7 +8,8 @@ mod common;
 
 use common::{IRB_6700, deg, irb_6700_in_cell, raster, robot};
 use nalgebra::{Translation3, UnitQuaternion};
-use polishc::motion::{Arm, Purpose, Request, Transform, plan};
+use polishc::dwell::SpeedSteps;
+use polishc::motion::{Arm, Purpose, Request, Room, Transform, plan};
 use polishc::path::Link;
 use rs_opw_kinematics::glam::{DQuat, DVec3};
 use rs_opw_kinematics::kinematic_traits::{Kinematics, Pose};
@@ -97,8 +98,8 @@ fn main() {
         part: [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]],
         acceleration: 1.0,
         purpose: Purpose::Polish,
-        points_per_run: 5000,
-        speed_step: 1e-6,
+        room: Room::points(5000),
+        speed_steps: SpeedSteps::Fixed(1e-6),
     };
     let (robot, timed) = (irb_6700_in_cell(), raster(700, 81, 4e-3, 0.5e-3, 0.02, Link::OnSurface));
     let mut least = f64::INFINITY;

@@ -3,11 +3,13 @@
 //! In: a [`FileProvider`], a [`Request`]. Out: a [`Compilation`]: the sources read, everything there is to say, and what
 //! was planned for each job. Nothing is written and no clock is read: [`Watch`] tells the caller which pass begins.
 
+mod allow;
+
 use crate::check;
 use crate::diagnostics::codes as code;
 use crate::diagnostics::render;
 use crate::diagnostics::{Diagnostic, Problem, Severity};
-use crate::dwell::{self, TimedPath};
+use crate::dwell::{self, SpeedSteps, TimedPath};
 use crate::eval::{self, Requirement};
 use crate::job::{self, Job, Origins, Unchecked};
 use crate::metrology::{self, ErrorMap};
@@ -16,6 +18,7 @@ use crate::path::{self, ToolPath};
 use crate::report::{self, Input, JobResult, Met};
 use crate::source::{FileProvider, Sources, Span};
 use crate::syntax;
+use crate::syntax::ast::Allow;
 use crate::target::{self, Program};
 use crate::tool::{self, InfluenceFunction};
 use crate::verify::{self, Verified};
@@ -143,18 +146,43 @@ pub fn compile(files: &dyn FileProvider, request: &Request, watch: &dyn Watch) -
             if let Err(problems) = passes.run() {
                 said.extend(problems);
             }
-            planned.summarise(request.purpose, planned.inputs(files, &done.sources, &request.path), &said);
+            let in_text = |problem| in_text(problem, &planned.origins, &done.sources);
+            let found: Vec<Diagnostic> = said.into_iter().map(in_text).collect();
+            let warnings = warnings(&found, &compiled.allows);
+            planned.summarise(request.purpose, planned.inputs(files, &done.sources, &request.path), warnings);
             // A program for polishing must do what the job requires; a rehearsal, or a look at a form on the way, need not.
-            let finished = !said.iter().any(|p| p.severity == Severity::Error);
+            let finished = !found.iter().any(|d| d.severity == Severity::Error);
             if finished && request.until == Until::Program && request.purpose == Purpose::Polish {
                 done.diagnostics.extend(planned.unmet());
             }
-            done.diagnostics.extend(said.into_iter().map(|problem| in_text(problem, &planned.origins, &done.sources)));
+            done.diagnostics.extend(found);
         }
         done.jobs.push(planned);
     }
+    let finished = !done.diagnostics.iter().any(|d| d.severity == Severity::Error) && request.job.is_none();
+    let whole_way = request.until == Until::Program && request.purpose == Purpose::Polish;
+    allow::silence(&mut done.diagnostics, &compiled.allows, |allow| {
+        // A library is used by other jobs too, in which the passes may find what they do not find in this one.
+        let ours = done.sources.name(allow.span.file) == request.path;
+        finished && (of_text(&allow.code.text) || (whole_way && ours))
+    });
     render::sort(&mut done.diagnostics);
     done
+}
+
+/// Whether a code belongs to the text (syntax to values), not to a pass after it.
+fn of_text(code: &str) -> bool {
+    code.get(1..3).is_some_and(|range| range <= "04")
+}
+
+/// The warnings as the result keeps them: those that are allowed too, with the reason.
+fn warnings(found: &[Diagnostic], allows: &[Allow]) -> Vec<String> {
+    let warnings = found.iter().filter(|d| d.severity == Severity::Warning);
+    let with_reason = |d: &Diagnostic| match allow::reason(d, allows) {
+        Some(reason) => format!("{}: {} (allowed: {reason})", d.code, d.message),
+        None => format!("{}: {}", d.code, d.message),
+    };
+    warnings.map(with_reason).collect()
 }
 
 /// What a pass said of a field, put at the line of the job that said the field.
@@ -206,8 +234,8 @@ impl Passes<'_> {
         self.said.extend(odd);
 
         self.watch.pass("path");
-        let controller = job.target.as_ref().map(|job::Target::rapid(rapid)| &rapid.controller);
-        let most_points = controller.map_or(path::MOST_POINTS, |c| u64::try_from(c.most_points).unwrap_or(0));
+        let limits = job.target.as_ref().map(target::limits);
+        let most_points = limits.as_ref().map_or(path::MOST_POINTS, |limits| limits.most_points);
         let tool_path = path::plan(&job.path, &job.workpiece, most_points).map_err(one)?;
         if until == Until::Path {
             self.planned.path = Some(tool_path);
@@ -222,7 +250,7 @@ impl Passes<'_> {
         self.watch.pass("dwell");
         let job::Dwell::corrective(corrective) = &job.dwell;
         let job::Path::raster(raster) = &job.path;
-        let speed_step = speed_step(controller);
+        let speed_steps = limits.as_ref().map_or(FINEST_SPEEDS, |limits| limits.speed_steps);
         let task = dwell::Task {
             path: tool_path,
             line_pitch: raster.line_pitch.0,
@@ -232,15 +260,15 @@ impl Passes<'_> {
             influence: &influence,
             azimuth: job.tool.azimuth(),
             dwell: corrective,
-            speed_step,
+            speed_steps,
         };
         let outcome = dwell::solve(task, self.said).map_err(one)?;
-        if let Some(controller) = controller {
-            dwell::check_segment_times(&outcome.timed, corrective, controller, self.said).map_err(one)?;
+        if let Some(limits) = &limits {
+            dwell::check_segment_times(&outcome.timed, corrective, &limits.segment_times, self.said).map_err(one)?;
         }
         self.planned.dwell = Some(outcome);
         self.planned.error_map = Some(error_map);
-        let (Some(robot), Some(wanted)) = (&job.robot, &job.target) else { return Ok(()) };
+        let (Some(robot), Some(limits)) = (&job.robot, &limits) else { return Ok(()) };
         if until == Until::Dwell {
             return Ok(());
         }
@@ -254,8 +282,8 @@ impl Passes<'_> {
             part: [bounds.min, bounds.max],
             acceleration: corrective.acceleration.0,
             purpose: self.request.purpose,
-            points_per_run: target::points_per_module(wanted),
-            speed_step,
+            room: limits.room,
+            speed_steps,
         };
         // Moved, not copied: with five million points a copy is half a gigabyte.
         let timed = self.planned.dwell.as_mut().map(|outcome| std::mem::take(&mut outcome.timed)).unwrap_or_default();
@@ -314,12 +342,8 @@ fn output_checks(job: &Job, until: Until) -> Vec<Problem> {
     problems
 }
 
-/// Programmed speeds are whole multiples of this, m/s: the last decimal (of mm/s) that the target writes. Without a
-/// target a tenth of a micrometre a second, finer than any controller's.
-fn speed_step(controller: Option<&job::Controller>) -> f64 {
-    const FINEST: f64 = 1e-7;
-    controller.map_or(FINEST, |c| 1e-3 / libm::pow(10.0, c.speed_decimals as f64))
-}
+/// Programmed speeds without a target: tenths of a micrometre a second, finer than any controller's.
+const FINEST_SPEEDS: SpeedSteps = SpeedSteps::Fixed(1e-7);
 
 /// Says whether an edited or foreign `program` does what the first job of `done` asks, as diagnostics of `done`.
 /// The job must have been compiled as far as [`Until::Motion`].
@@ -351,7 +375,7 @@ impl Planned {
     }
 
     /// Puts together what is known.
-    fn summarise(&mut self, purpose: Purpose, inputs: Vec<Input>, said: &[Problem]) {
+    fn summarise(&mut self, purpose: Purpose, inputs: Vec<Input>, warnings: Vec<String>) {
         let (Some(outcome), Some(path)) = (&self.dwell, self.path()) else { return };
         let program = self.program.as_deref();
         let results = report::results(outcome, path, self.motion.as_deref(), program);
@@ -369,12 +393,8 @@ impl Planned {
             motion: self.motion.as_deref().map(report::motion),
             inputs,
             requirements: self.requirements.iter().map(|r| report::requirement(r, &results)).collect(),
-            warnings: said
-                .iter()
-                .filter(|p| p.severity == Severity::Warning)
-                .map(|p| format!("{}: {}", p.code, p.message))
-                .collect(),
-            unchecked: self.job.unchecked.iter().flatten().map(|u| u.name()).collect(),
+            warnings,
+            unchecked: target::facts::unchecked(&self.job),
             note: "not controller-verified",
         });
     }

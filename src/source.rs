@@ -51,6 +51,11 @@ pub trait FileProvider: Send + Sync {
     /// project (`Outside` if not), with `.` and `..` and links resolved. An empty `from` means the working directory:
     /// the path was typed by a person (`--set map=…`), so any place is allowed.
     fn resolve(&self, from: &str, path: &str) -> Result<String, FileError>;
+
+    /// The `polish.toml` that marks the project's folder, if there is one.
+    fn project_file(&self) -> Option<String> {
+        None
+    }
 }
 
 /// Files in memory, for tests and for use as a library. Keys are whole paths.

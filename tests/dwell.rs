@@ -5,7 +5,7 @@ use polishc::diagnostics::Problem;
 use polishc::diagnostics::codes::*;
 use polishc::dwell::removal::{Samples, Window, deposit};
 use polishc::dwell::speed::{Limits, Segments, times};
-use polishc::dwell::{Footprint, Outcome, Task, check_segment_times, predict, solve};
+use polishc::dwell::{Footprint, Outcome, SegmentTimes, SpeedSteps, Task, check_segment_times, predict, solve};
 use polishc::job::*;
 use polishc::metrology::Grid;
 use polishc::path::{ToolPath, raster};
@@ -94,7 +94,7 @@ impl Run {
             influence: &self.influence,
             azimuth: 0.0,
             dwell: &self.dwell,
-            speed_step: 1e-6,
+            speed_steps: SpeedSteps::Fixed(1e-6),
         };
         (solve(task, &mut warnings), warnings)
     }
@@ -323,7 +323,7 @@ fn an_off_centre_spot_is_led_the_other_way() {
             influence: &run.influence,
             azimuth,
             dwell: &run.dwell,
-            speed_step: 1e-6,
+            speed_steps: SpeedSteps::Fixed(1e-6),
         };
         let timed = solve(task, &mut warnings).expect("a solved run").timed;
         let slowest =
@@ -428,24 +428,11 @@ fn oddities_are_warned_of() {
 
 #[test]
 fn quick_moves_are_the_controllers_business() {
-    let controller = |least: f64, usual: f64| Controller {
-        name: "irc5".into(),
-        name_length: 32,
-        position_decimals: 4,
-        quaternion_decimals: 8,
-        speed_decimals: 3,
-        module_points: 5000,
-        module_bytes: 1_000_000,
-        segment_time_least: Time(least),
-        segment_time_usual: Time(usual),
-        folder: "HOME:".into(),
-        orientation_speed: AngularSpeed(1.0),
-        most_points: 100_000,
-    };
+    let controller = |least: f64, usual: f64| SegmentTimes { controller: "irc5".into(), least, usual };
     // Full feed is 50 mm/s over 1 mm: 20 ms.
     let run = run(map(0.4e-3, bump));
     let timed = run.good().timed;
-    let check = |controller: Controller| {
+    let check = |controller: SegmentTimes| {
         let mut warnings = Vec::new();
         let result = check_segment_times(&timed, &run.dwell, &controller, &mut warnings);
         (result.err().map(|p| p.code), warnings.iter().map(|w| w.code).collect::<Vec<_>>())

@@ -8,12 +8,12 @@ mod common;
 use common::{IRB_6700, irb_6700_in_cell, point, raster};
 use nalgebra::{Translation3, Vector3};
 use polishc::diagnostics::{Problem, codes};
-use polishc::dwell::TimedPath;
+use polishc::dwell::{SpeedSteps, TimedPath};
 use polishc::job::{self, Frame, Quaternion, RobotCell, Rotation};
 use polishc::motion::arm::Arm;
 use polishc::motion::contact::{Azimuth, orientation};
 use polishc::motion::frames::{FrameChain, between, matrix, turn, wxyz};
-use polishc::motion::{Checked, Motion, Purpose, Request, Transform, Travel, plan};
+use polishc::motion::{Checked, Motion, Purpose, Request, Room, Transform, Travel, plan};
 use polishc::path::Link;
 use polishc::units::si::{Angle, AngularSpeed, Length, Mass, Speed};
 use std::f64::consts::PI;
@@ -25,8 +25,8 @@ const REQUEST: Request = Request {
     part: [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]],
     acceleration: 1.0,
     purpose: Purpose::Polish,
-    points_per_run: 100_000,
-    speed_step: 1e-6,
+    room: Room::points(100_000),
+    speed_steps: SpeedSteps::Fixed(1e-6),
 };
 
 fn planned(timed: TimedPath, robot: &job::Robot, request: &Request) -> Checked<Motion> {
@@ -239,7 +239,7 @@ fn any_number_of_threads_plans_the_same() {
     let with = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
         let timed = raster(31, 201, 2e-3, 10e-3, 0.02, Link::OnSurface);
-        pool.install(|| planned(timed, &robot, &Request { points_per_run: 2100, ..REQUEST }))
+        pool.install(|| planned(timed, &robot, &Request { room: Room::points(2100), ..REQUEST }))
     };
     let one = with(1);
     for threads in [2, 8] {
@@ -257,7 +257,7 @@ fn runs_are_whole_lines_and_go_on_lifted() {
     let motion = planned(
         raster(10, 41, 5e-3, 20e-3, 0.02, Link::OnSurface),
         &irb_6700_in_cell(),
-        &Request { points_per_run: 100, ..REQUEST },
+        &Request { room: Room::points(100), ..REQUEST },
     );
     let lines: Vec<_> = motion.runs.iter().map(|run| run.lines.clone()).collect();
     assert_eq!(lines, [0..2, 2..4, 4..6, 6..8, 8..10]);
@@ -295,7 +295,7 @@ fn a_dry_run_is_lifted_and_slow() {
     let mut robot = irb_6700_in_cell();
     cell(&mut robot).travel.speed = Speed(0.0123456789);
     let timed = raster(2, 21, 5e-3, 20e-3, 0.02, Link::OnSurface);
-    let dry = Request { purpose: Purpose::DryRun, speed_step: 1e-4, ..REQUEST };
+    let dry = Request { purpose: Purpose::DryRun, speed_steps: SpeedSteps::Fixed(1e-4), ..REQUEST };
     let motion = planned(timed, &robot, &dry);
     assert!(motion.position.iter().all(|p| (p[2] - 0.0515).abs() < 1e-12));
     assert!(motion.timed.speed.iter().all(|v| (v - 0.0123).abs() < 1e-12));
@@ -303,7 +303,7 @@ fn a_dry_run_is_lifted_and_slow() {
     let problem = refused(
         raster(2, 21, 5e-3, 20e-3, 0.02, Link::OnSurface),
         &robot,
-        &Request { purpose: Purpose::DryRun, speed_step: 0.02, ..REQUEST },
+        &Request { purpose: Purpose::DryRun, speed_steps: SpeedSteps::Fixed(0.02), ..REQUEST },
     );
     assert_eq!((problem.code, problem.field.as_deref()), (codes::E0803, Some("robot.cell.travel.speed")));
 }
@@ -552,7 +552,7 @@ fn a_joint_move_through_the_part_is_refused() {
 
 #[test]
 fn a_line_longer_than_a_module_is_refused() {
-    let request = Request { points_per_run: 40, ..REQUEST };
+    let request = Request { room: Room::points(40), ..REQUEST };
     let problem = refused(raster(2, 41, 5e-3, 20e-3, 0.02, Link::OnSurface), &irb_6700_in_cell(), &request);
     assert_eq!((problem.code, problem.field.as_deref()), (codes::E0804, Some("path.point_step")));
 }

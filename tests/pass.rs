@@ -58,7 +58,7 @@ fn out_item(out: &mut String, item: &Item) {
             writeln!(out, "use module {}", words.join(" . "))
         }
         ItemKind::Use(UsePath::File { path, .. }) => writeln!(out, "use file {path:?}"),
-        ItemKind::Param { name, ty, value, restriction } => {
+        ItemKind::Param { name, ty, value, restriction, .. } => {
             let value = value.as_ref().map_or_else(|| "no value".into(), expression);
             let restriction = match restriction {
                 Some(Restriction::Range(range)) => format!(" where {}", expression(range)),
@@ -123,6 +123,14 @@ fn expression(value: &Expr) -> String {
         ExprKind::With(base, body) => format!("({} with {} entries)", expression(base), body.entries.len()),
         ExprKind::List(values, unit) => {
             format!("[{}]{}", all(values), unit.as_ref().map(|u| format!(" {}", unit_text(u))).unwrap_or_default())
+        }
+        ExprKind::Comprehension { element, variable, over, .. } => {
+            format!("[{} for {} in {}]", expression(element), variable.text, expression(over))
+        }
+        ExprKind::If { branches, otherwise } => {
+            let branches: Vec<String> =
+                branches.iter().map(|(a, b)| format!("if {} then {}", expression(a), expression(b))).collect();
+            format!("({} else {})", branches.join(" else "), expression(otherwise))
         }
         ExprKind::Range(from, to) => format!("({} .. {})", expression(from), expression(to)),
         ExprKind::Unary(op, value) => format!("({op:?} {})", expression(value)),

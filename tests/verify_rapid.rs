@@ -749,7 +749,7 @@ fn many_differences_are_counted() {
     let edited = with_text(&SMALL.program, 1, text(&SMALL.program, 1).replace(",z0,", ",z1,"));
     let found = check(&SMALL, &edited);
     // 2 lines of 11 points in the first module, of which 9 each are passed on the fly.
-    assert_eq!(found.len(), verify::rapid::MOST_DIFFERENCES);
+    assert_eq!(found.len(), verify::MOST_DIFFERENCES);
     assert_eq!(found[9].notes, ["8 more differences are not shown"]);
 }
 

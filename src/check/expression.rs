@@ -4,14 +4,14 @@
 //! (`high` where a symbol is expected), which record `{ … }` is, and how a mistake is said.
 
 use super::load::Unusable;
-use super::typed::{Function, Typed, TypedKind};
+use super::typed::{Typed, TypedKind};
 use super::types::Type;
 use super::vocabulary::symbol;
 use super::{Binding, Checker, DEEPEST, Place, Want};
 use crate::diagnostics::{Diagnostic, codes};
 use crate::source::Span;
 use crate::syntax::ast::{BinaryOp, Expr, ExprKind, Name, UnaryOp, Unit};
-use crate::units::{Dimension, Ratio};
+use crate::units::Ratio;
 
 impl Checker<'_> {
     /// The expression, typed; if it does not fit what is wanted, that is said and it has failed.
@@ -41,6 +41,7 @@ impl Checker<'_> {
                     let from = self.modules[place.module.0].path.clone();
                     self.file(text, &from, span)
                 }
+                Some(Type::Date) => self.date(text, span),
                 _ => Typed { span, ty: Type::Text, kind: TypedKind::Text(text.clone()) },
             },
             ExprKind::Bool(value) => Typed { span, ty: Type::Bool, kind: TypedKind::Bool(*value) },
@@ -58,6 +59,10 @@ impl Checker<'_> {
             ExprKind::Record { schema, body } => self.record_expression(place, schema.as_ref(), body, span, want),
             ExprKind::With(base, body) => self.with(place, base, body, span),
             ExprKind::List(elements, unit) => self.list(place, elements, unit.as_ref(), span, want),
+            ExprKind::Comprehension { element, variable, over, unit } => {
+                self.comprehension(place, (element, unit.as_ref()), (variable, over), span, want)
+            }
+            ExprKind::If { branches, otherwise } => self.choice(place, branches, otherwise, span, want),
             ExprKind::Range(from, to) => self.range(place, from, to, span, want),
             ExprKind::Unary(UnaryOp::Minus, inner) => {
                 let inner = self.expression(place, inner, None);
@@ -190,44 +195,16 @@ impl Checker<'_> {
 
     fn list(&mut self, place: Place, elements: &[Expr], unit: Option<&Unit>, span: Span, want: Option<&Want>) -> Typed {
         let element_want = match want.map(|want| (want.ty.required(), want)) {
-            Some((Type::List(element, _), want)) => Some(want.part(element)),
+            Some((Type::List(element, _), want)) if !element.is_failed() => Some(want.part(element)),
             _ => None,
         };
-        let unit_use = match unit {
-            Some(unit) => {
-                let wanted = element_want.as_ref().and_then(|want| want.ty.required().dimension());
-                match self.unit(place, unit, wanted) {
-                    Some(found) => Some(found),
-                    None => return Typed::failed(span),
-                }
-            }
-            None => None,
+        let unit = match self.unit_of_list(place, unit, element_want.as_ref()) {
+            Ok(unit) => unit,
+            Err(super::units::Unknown) => return Typed::failed(span),
         };
         let mut typed: Vec<Typed> = Vec::new();
         for element in elements {
-            let found = match &unit_use {
-                None => self.expression(place, element, element_want.as_ref()),
-                Some((unit, dimension)) => {
-                    let what = "a list with a unit after it".to_string();
-                    let number = self.wanted(place, element, Type::NUMBER, what);
-                    if number.ty.is_failed() {
-                        number
-                    } else {
-                        let unit = Typed {
-                            span: number.span,
-                            ty: Type::Quantity(*dimension),
-                            kind: TypedKind::Number(1.0, Some(unit.clone())),
-                        };
-                        let quantity = Typed {
-                            span: number.span,
-                            ty: unit.ty.clone(),
-                            kind: TypedKind::Binary(BinaryOp::Multiply, Box::new(number), Box::new(unit)),
-                        };
-                        self.conform(quantity, element, element_want.as_ref())
-                    }
-                }
-            };
-            typed.push(found);
+            typed.push(self.element(place, element, unit.as_ref(), element_want.as_ref()));
         }
         let mut ty = element_want.as_ref().map_or(Type::Failed, |want| want.ty.clone());
         if element_want.is_none() {
@@ -246,12 +223,31 @@ impl Checker<'_> {
         if length > 0 && ty.is_failed() {
             return Typed::failed(span);
         }
-        if list_depth(&ty) >= DEEPEST_LIST {
+        match self.list_of(ty, Some(length), span) {
+            Some(ty) => Typed { span, ty, kind: TypedKind::List(typed) },
+            None => Typed::failed(span),
+        }
+    }
+
+    /// The type of a list of `element`; none, and that is said, if lists nest too deep.
+    pub(super) fn list_of(&mut self, element: Type, length: Option<usize>, span: Span) -> Option<Type> {
+        if list_depth(&element) >= DEEPEST_LIST {
             let message = format!("lists are nested more than {DEEPEST_LIST} deep");
             self.say(Diagnostic::error(codes::E0412, span, message).help("write one list"));
-            return Typed::failed(span);
+            return None;
         }
-        Typed { span, ty: Type::List(Box::new(ty), Some(length)), kind: TypedKind::List(typed) }
+        Some(Type::List(Box::new(element), length))
+    }
+
+    /// A day of the calendar as ISO 8601 writes it.
+    pub(super) fn date(&mut self, said: &str, span: Span) -> Typed {
+        if is_date(said) {
+            return Typed { span, ty: Type::Date, kind: TypedKind::Text(said.to_string()) };
+        }
+        let message = format!("`{said}` is not a date");
+        let help = "write year, month and day of a day that there is: `\"2024-05-16\"`";
+        self.say(Diagnostic::error(codes::E0312, span, message).help(help));
+        Typed::failed(span)
     }
 
     /// A list of words is a set: one that stands there twice says nothing, so it was not meant.
@@ -291,7 +287,7 @@ impl Checker<'_> {
         Typed { span, ty, kind: TypedKind::Range(Box::new(low), Box::new(high)) }
     }
 
-    fn wrong_operand(&mut self, operator: &str, operand: &Typed, span: Span) -> Typed {
+    pub(super) fn wrong_operand(&mut self, operator: &str, operand: &Typed, span: Span) -> Typed {
         if !operand.ty.is_failed() {
             let message = format!("`{operator}` needs numbers, found {}", self.vocabulary.in_words(&operand.ty));
             self.say(Diagnostic::error(codes::E0305, operand.span, message));
@@ -382,89 +378,6 @@ impl Checker<'_> {
         let kind = TypedKind::Binary(BinaryOp::Power, Box::new(base), Box::new(typed));
         Typed { span, ty: Type::Quantity(dimension), kind }
     }
-
-    fn call(&mut self, place: Place, callee: &Expr, arguments: &[Expr], span: Span) -> Typed {
-        let ExprKind::Name(word) = &callee.kind else {
-            if !matches!(callee.kind, ExprKind::Missing) {
-                self.say(Diagnostic::error(codes::E0307, callee.span, "only a function can be called"));
-            }
-            return Typed::failed(span);
-        };
-        let Some(function) = Function::find(word) else {
-            let mut diagnostic = Diagnostic::error(codes::E0201, callee.span, format!("there is no function `{word}`"));
-            if let Some(near) = super::similar::nearest(word, Function::ALL.iter().map(|(name, _)| *name)) {
-                diagnostic = diagnostic.help(format!("did you mean `{near}`?")).suggest(callee.span, near);
-            }
-            self.say(diagnostic);
-            return Typed::failed(span);
-        };
-        let quantity = Type::Quantity;
-        let expected: Vec<(Type, &str)> = match function {
-            Function::Tangential => {
-                vec![
-                    (quantity(Dimension::whole(0, 0, -1, 1)), "angular speed"),
-                    (quantity(Dimension::LENGTH), "radius"),
-                ]
-            }
-            Function::Arc => vec![(quantity(Dimension::ANGLE), "angle"), (quantity(Dimension::LENGTH), "radius")],
-            Function::Sin | Function::Cos | Function::Tan => vec![(quantity(Dimension::ANGLE), "angle")],
-            Function::Sqrt | Function::Abs => vec![(Type::Failed, "number")],
-            Function::Min | Function::Max => vec![(Type::Failed, "number"), (Type::Failed, "number")],
-        };
-        let many = matches!(function, Function::Min | Function::Max);
-        if arguments.len() < expected.len() || (arguments.len() > expected.len() && !many) {
-            let names: Vec<&str> = expected.iter().map(|(_, name)| *name).collect();
-            let more = if many { ", …" } else { "" };
-            let message = format!("`{word}` takes {}, found {}", count(expected.len(), many), arguments.len());
-            let help = format!("write `{word}({}{more})`", names.join(", "));
-            self.say(Diagnostic::error(codes::E0307, span, message).help(help));
-            return Typed::failed(span);
-        }
-        let mut typed: Vec<Typed> = Vec::new();
-        for (index, argument) in arguments.iter().enumerate() {
-            let ty = expected.get(index).map_or(Type::Failed, |(ty, _)| ty.clone());
-            let name = expected.get(index).map_or("number", |(_, name)| name);
-            let found = self.wanted(place, argument, ty, format!("the {name} of `{word}`"));
-            if found.ty.dimension().is_none() {
-                return self.wrong_operand(word, &found, span);
-            }
-            typed.push(found);
-        }
-        let first = typed.first().and_then(|argument| argument.ty.dimension()).unwrap_or(Dimension::NUMBER);
-        let dimension = match function {
-            Function::Tangential => Dimension::whole(1, 0, -1, 0),
-            Function::Arc => Dimension::LENGTH,
-            Function::Sin | Function::Cos | Function::Tan => Dimension::NUMBER,
-            Function::Sqrt => match Ratio::new(1, 2).and_then(|half| first.power(half)) {
-                Some(dimension) => dimension,
-                None => {
-                    self.say(Diagnostic::error(codes::E0306, span, "the power of this dimension is too large"));
-                    return Typed::failed(span);
-                }
-            },
-            Function::Abs => first,
-            Function::Min | Function::Max => {
-                for index in 1..typed.len() {
-                    if typed[index].ty.dimension() != Some(first) {
-                        let (a, b) = ((&typed[0], &arguments[0]), (&typed[index], &arguments[index]));
-                        self.unequal_sides("compare", span, a, b);
-                        return Typed::failed(span);
-                    }
-                }
-                first
-            }
-        };
-        Typed { span, ty: Type::Quantity(dimension), kind: TypedKind::Call(function, typed) }
-    }
-}
-
-fn count(number: usize, many: bool) -> String {
-    let more = if many { " or more" } else { "" };
-    match number {
-        1 => format!("one argument{more}"),
-        2 => format!("two arguments{more}"),
-        n => format!("{n} arguments{more}"),
-    }
 }
 
 /// Deepest nesting of lists. No field has more than two; a list of lists of lists built by a chain of `let` could
@@ -476,6 +389,29 @@ fn list_depth(ty: &Type) -> usize {
         Type::List(element, _) => 1 + list_depth(element),
         _ => 0,
     }
+}
+
+/// Whether the text is a day of the Gregorian calendar, `YYYY-MM-DD`.
+fn is_date(text: &str) -> bool {
+    let form = text.len() == 10
+        && text.bytes().enumerate().all(|(i, byte)| match i {
+            4 | 7 => byte == b'-',
+            _ => byte.is_ascii_digit(),
+        });
+    if !form {
+        return false;
+    }
+    let number = |range: std::ops::Range<usize>| text[range].parse::<u32>().unwrap_or(0);
+    let (year, month, day) = (number(0..4), number(5..7), number(8..10));
+    let leap = year % 4 == 0 && (year % 100 != 0 || year % 400 == 0);
+    let days = match month {
+        2 if leap => 29,
+        2 => 28,
+        4 | 6 | 9 | 11 => 30,
+        1..=12 => 31,
+        _ => 0,
+    };
+    (1..=days).contains(&day)
 }
 
 /// The words after `result`, if the expression is `result.a.b`.

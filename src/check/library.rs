@@ -29,6 +29,7 @@ macro_rules! library {
 library! {
     true "dimensions" "dimensions.polish"
     true "units" "units.polish"
+    true "functions" "functions.polish"
     true "geometry" "geometry.polish"
     true "workpiece" "workpiece.polish"
     true "metrology" "metrology.polish"
@@ -44,7 +45,11 @@ library! {
     true "job" "job.polish"
     false "materials.fused_silica" "materials/fused_silica.polish"
     false "robots.abb.irb6700_200_260" "robots/abb/irb6700_200_260.polish"
+    false "robots.abb.irb6620_150_220" "robots/abb/irb6620_150_220.polish"
+    false "robots.kuka.kr210_r2700_extra" "robots/kuka/kr210_r2700_extra.polish"
+    false "robots.kuka.kr210_r2700_2" "robots/kuka/kr210_r2700_2.polish"
     false "controllers.irc5" "controllers/irc5.polish"
+    false "controllers.krc4" "controllers/krc4.polish"
 }
 
 /// Prefix of the names of stdlib's files.

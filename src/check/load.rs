@@ -53,7 +53,7 @@ pub struct Use {
 pub enum SetValue {
     /// Parsed; the file is a virtual one named after the option.
     Expression(Expr),
-    /// Taken as it is, for a parameter of type `Text` or `File`.
+    /// Taken as it is, for a parameter of type `Text`, `File` or `Date`.
     Bare(String, Span),
 }
 
@@ -78,6 +78,7 @@ pub fn load(files: &dyn FileProvider, path: &str, sets: &[(String, String)]) -> 
             }
             loader.file(path, text, None);
             loader.set_params(sets);
+            loader.project_file();
         }
         Err(unusable) => loader.out.diagnostics.push(*unusable),
     }
@@ -285,6 +286,35 @@ impl Loader<'_> {
         }
     }
 
+    /// `polish.toml` marks a folder and says nothing else: what stands in it would be believed and do nothing.
+    fn project_file(&mut self) {
+        let Some(path) = self.files.project_file() else { return };
+        let text = match read(self.files, &path) {
+            Ok(text) => text,
+            Err(why) => {
+                let message = format!("the project file `{path}` {}", why.words());
+                self.out.diagnostics.push(Diagnostic::placeless(codes::E0220, message));
+                return;
+            }
+        };
+        let mut at = 0;
+        for line in text.split_inclusive('\n') {
+            let said = line.split('#').next().unwrap_or_default().trim();
+            if !said.is_empty() {
+                let start = at + line.len() - line.trim_start().len();
+                let file = self.out.sources.add(path.as_str(), text.as_str());
+                let key = said.split('=').next().unwrap_or(said).trim();
+                let message = format!("`{key}` is no setting: the project file only marks the project's folder");
+                self.out.diagnostics.push(
+                    Diagnostic::error(codes::E0220, Span::new(file, start, start + said.len()), message)
+                        .help("delete the line; what a job needs is said in the job"),
+                );
+                return;
+            }
+            at += line.len();
+        }
+    }
+
     fn report_circle(&mut self, start: usize, span: Span) {
         let names: Vec<&str> = self.chain[start..].iter().map(|id| self.out.modules[id.0].path.as_str()).collect();
         let diagnostic = match names.as_slice() {
@@ -374,7 +404,7 @@ impl Loader<'_> {
 
 fn takes_bare_text(ty: &TypeSyntax) -> bool {
     match &ty.kind {
-        TypeKind::Named(name) => name == "Text" || name == "File",
+        TypeKind::Named(name) => matches!(name.as_str(), "Text" | "File" | "Date"),
         TypeKind::Optional(inner) => takes_bare_text(inner),
         _ => false,
     }

@@ -6,7 +6,9 @@
 //!
 //! A mistake is said once: what was wrong becomes [`Type::Failed`], which fits everything.
 
+mod choice;
 mod expression;
+mod functions;
 mod globals;
 pub mod library;
 pub mod load;
@@ -40,8 +42,19 @@ pub struct CheckedGlobal {
     pub is_param: bool,
     /// The type that was declared, or that of the value.
     pub ty: Type,
+    /// Of a function its body, which speaks of the parameters as local values.
     pub value: Typed,
     pub restriction: Option<Limit>,
+    pub usual: Option<Limit>,
+    /// The parameters, if it is a function.
+    pub parameters: Option<Vec<(String, Type)>>,
+}
+
+/// An `assert`, checked.
+#[derive(Clone, Debug)]
+pub struct CheckedAssert {
+    pub condition: Typed,
+    pub reason: String,
 }
 
 /// A `job`, checked: a record of the schema `job`, and its requirements apart.
@@ -60,6 +73,7 @@ pub struct Checked {
     pub globals: Vec<CheckedGlobal>,
     /// The globals in an order in which each comes after those that it uses.
     pub order: Vec<GlobalId>,
+    pub asserts: Vec<CheckedAssert>,
     pub jobs: Vec<CheckedJob>,
 }
 
@@ -76,15 +90,18 @@ pub fn check(loaded: &Loaded, files: &dyn FileProvider) -> (Checked, Vec<Diagnos
         globals: Vec::new(),
         order: Vec::new(),
         active: Vec::new(),
+        locals: Vec::new(),
         depth: 0,
         diagnostics: Vec::new(),
     };
     checker.declare();
     checker.check_schemas();
     checker.check_globals();
+    checker.check_allows();
+    let asserts = checker.check_asserts();
     let jobs = checker.check_jobs();
     let globals = checker.globals.iter().map(Global::checked).collect();
-    let checked = Checked { vocabulary: checker.vocabulary, globals, order: checker.order, jobs };
+    let checked = Checked { vocabulary: checker.vocabulary, globals, order: checker.order, asserts, jobs };
     (checked, checker.diagnostics)
 }
 
@@ -146,6 +163,14 @@ impl Want {
     }
 }
 
+/// A name that is known only within a function or a list.
+#[derive(Clone, Debug)]
+struct Local {
+    name: String,
+    ty: Type,
+    span: Span,
+}
+
 struct Checker<'a> {
     files: &'a dyn FileProvider,
     sources: &'a Sources,
@@ -159,6 +184,8 @@ struct Checker<'a> {
     order: Vec<GlobalId>,
     /// The globals being checked, each because the one before uses it, with the place of that use.
     active: Vec<(GlobalId, Span)>,
+    /// The parameters of the function being checked, and the variables of the lists around, outermost first.
+    locals: Vec<Local>,
     depth: usize,
     diagnostics: Vec<Diagnostic>,
 }
@@ -166,6 +193,37 @@ struct Checker<'a> {
 impl<'a> Checker<'a> {
     fn say(&mut self, diagnostic: Diagnostic) {
         self.diagnostics.push(diagnostic);
+    }
+
+    /// Only warnings that there are can be allowed.
+    fn check_allows(&mut self) {
+        for allow in self.modules.iter().flat_map(|module| &module.ast.allows) {
+            let code = &allow.code;
+            let known = crate::diagnostics::Code::find(&code.text).filter(|found| found.as_str() == code.text);
+            let diagnostic = match known {
+                Some(_) if code.text.starts_with('W') => continue,
+                Some(_) => {
+                    let message = format!("`{}` is an error, and only a warning can be allowed", code.text);
+                    Diagnostic::error(codes::E0126, code.span, message).help("mend it; there is no way around an error")
+                }
+                None => Diagnostic::error(codes::E0126, code.span, format!("there is no warning `{}`", code.text))
+                    .note("a warning shows its code in brackets, such as `warning[W0401]`"),
+            };
+            self.say(diagnostic);
+        }
+    }
+
+    fn check_asserts(&mut self) -> Vec<CheckedAssert> {
+        let mut asserts = Vec::new();
+        for (index, module) in self.modules.iter().enumerate() {
+            for item in &module.ast.items {
+                let ItemKind::Assert { condition, reason } = &item.kind else { continue };
+                let place = Place::outside_job(ModuleId(index));
+                let condition = self.wanted(place, condition, Type::Bool, "`assert`".into());
+                asserts.push(CheckedAssert { condition, reason: reason.clone() });
+            }
+        }
+        asserts
     }
 
     fn check_jobs(&mut self) -> Vec<CheckedJob> {

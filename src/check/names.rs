@@ -2,7 +2,7 @@
 
 use super::load::ModuleId;
 use super::similar::nearest;
-use super::typed::{Function, Typed, TypedKind};
+use super::typed::{Typed, TypedKind};
 use super::types::{FamilyId, SchemaId, Type, listed};
 use super::{Binding, Checker, Place, Want};
 use crate::diagnostics::{Diagnostic, codes};
@@ -10,14 +10,23 @@ use crate::source::Span;
 use crate::syntax::ast::Name;
 
 /// Types that are neither dimensions nor schemas.
-pub(super) const BUILT_IN_TYPES: [&str; 5] = ["Number", "Integer", "Bool", "Text", "File"];
-
-/// Whether the language itself gives the word a meaning as a value.
-pub(super) fn is_built_in_value(word: &str) -> bool {
-    word == "pi" || word == "result" || Function::find(word).is_some()
-}
+pub(super) const BUILT_IN_TYPES: [&str; 6] = ["Number", "Integer", "Bool", "Text", "File", "Date"];
 
 impl Checker<'_> {
+    /// Whether the language itself gives the word a meaning: `pi`, `result`, and the functions for a function. A value may
+    /// be called `count` beside the function `count(…)`: the brackets tell them apart.
+    pub(super) fn is_built_in(&self, module: ModuleId, word: &str, function: bool) -> bool {
+        word == "pi"
+            || word == "result"
+            || (function && !self.is_library(module) && self.core.values.contains_key(word))
+    }
+
+    /// What the word means among the values of a file and of stdlib's core.
+    pub(super) fn binding(&self, module: ModuleId, word: &str) -> Option<Binding> {
+        let own = self.scopes[module.0].values.get(word).or_else(|| self.core.values.get(word));
+        own.map(|(binding, _)| *binding)
+    }
+
     /// A word that stands for a value: a symbol, a family's member, a value, a schema.
     pub(super) fn name(&mut self, place: Place, word: &str, span: Span, want: Option<&Want>) -> Typed {
         let wanted = want.map(|want| want.ty.required());
@@ -36,7 +45,13 @@ impl Checker<'_> {
         {
             return Typed { span, ty: field.ty.required().clone(), kind: TypedKind::SiblingField(word.into()) };
         }
-        match self.scopes[place.module.0].values.get(word).map(|(binding, _)| *binding) {
+        if let Some(local) = self.local(word, span) {
+            return local;
+        }
+        match self.binding(place.module, word) {
+            Some(Binding::Global(function)) if self.globals[function.0].is_function() => {
+                return self.uncalled(word, span);
+            }
             Some(Binding::Global(global)) => return self.use_global(global, span),
             Some(Binding::Failed) => return Typed::failed(span),
             Some(Binding::Module(module)) => {
@@ -87,7 +102,10 @@ impl Checker<'_> {
     /// The public values of a file, in the order of the alphabet.
     pub(super) fn public_values(&self, module: ModuleId) -> Vec<String> {
         let values = &self.scopes[module.0].values;
-        let public = |binding: &Binding| matches!(binding, Binding::Global(id) if self.globals[id.0].public);
+        let public = |binding: &Binding| match binding {
+            Binding::Global(id) => self.globals[id.0].public && !self.globals[id.0].is_function(),
+            _ => false,
+        };
         values.iter().filter(|(_, (binding, _))| public(binding)).map(|(name, _)| name.clone()).collect()
     }
 
@@ -105,6 +123,9 @@ impl Checker<'_> {
                             .help(format!("write `pub let {} = …` there", name.text)),
                     );
                     return Typed::failed(name.span);
+                }
+                if self.globals[id.0].is_function() {
+                    return self.uncalled(&name.text, name.span);
                 }
                 self.use_global(id, name.span)
             }
@@ -130,7 +151,7 @@ impl Checker<'_> {
     }
 
     /// Whether a syntax error outside all items may have swallowed a definition of this file.
-    fn may_be_broken(&self, module: ModuleId) -> bool {
+    pub(super) fn may_be_broken(&self, module: ModuleId) -> bool {
         let module = &self.modules[module.0];
         let inside = |place: &Span| {
             module.ast.items.iter().any(|item| item.span.start <= place.start && place.end <= item.span.end)
@@ -179,6 +200,7 @@ impl Checker<'_> {
             _ => {
                 let diagnostic = Diagnostic::error(codes::E0201, span, format!("there is no value `{word}`"));
                 let names = scope.values.keys().map(String::as_str).chain(siblings.iter().map(String::as_str));
+                let names = names.chain(self.locals.iter().map(|local| local.name.as_str()));
                 match nearest(word, names.chain(["pi"])) {
                     Some(near) => diagnostic.help(format!("did you mean `{near}`?")).suggest(span, near),
                     None => diagnostic,

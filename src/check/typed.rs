@@ -45,8 +45,21 @@ pub enum TypedKind {
     /// A copy of the record with these fields changed.
     With(Box<Typed>, Vec<FieldValue>),
     Member(Box<Typed>, String),
-    Call(Function, Vec<Typed>),
+    Call(Callee, Vec<Typed>),
     List(Vec<Typed>),
+    /// A parameter of the function around it, or the `i` of `for i in …`: an index into the values known there.
+    Local(usize),
+    /// The element, once for each whole number of the range; the number is the local value `slot`.
+    Comprehension {
+        element: Box<Typed>,
+        slot: usize,
+        over: Box<Typed>,
+    },
+    /// The conditions with their values, and the value when none holds.
+    If {
+        branches: Vec<(Typed, Typed)>,
+        otherwise: Box<Typed>,
+    },
     Range(Box<Typed>, Box<Typed>),
     Minus(Box<Typed>),
     Not(Box<Typed>),
@@ -71,34 +84,56 @@ impl Typed {
     }
 }
 
-/// The pure functions of the language.
+/// What is called.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Callee {
+    /// A function written in the language: an index into `Checked::globals`.
+    Written(GlobalId),
+    BuiltIn(Function),
+}
+
+/// The functions whose bodies the compiler has. `stdlib/functions.polish` declares and describes them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Function {
-    /// `tangential(angular speed, radius)`: the speed of a point on the rim.
     Tangential,
-    /// `arc(angle, radius)`: the length along the rim.
     Arc,
     Sin,
     Cos,
     Tan,
+    Asin,
+    Acos,
+    Atan2,
     Sqrt,
     Abs,
     Min,
     Max,
+    Sum,
+    Count,
+    Floor,
+    Ceil,
+    Round,
 }
 
 impl Function {
     /// All functions with their names.
-    pub const ALL: [(&'static str, Function); 9] = [
+    pub const ALL: [(&'static str, Function); 17] = [
         ("tangential", Function::Tangential),
         ("arc", Function::Arc),
         ("sin", Function::Sin),
         ("cos", Function::Cos),
         ("tan", Function::Tan),
+        ("asin", Function::Asin),
+        ("acos", Function::Acos),
+        ("atan2", Function::Atan2),
         ("sqrt", Function::Sqrt),
         ("abs", Function::Abs),
         ("min", Function::Min),
         ("max", Function::Max),
+        ("sum", Function::Sum),
+        ("count", Function::Count),
+        ("floor", Function::Floor),
+        ("ceil", Function::Ceil),
+        ("round", Function::Round),
     ];
 
     /// The function of that name.

@@ -32,6 +32,8 @@ pub enum Type {
     Bool,
     Text,
     File,
+    /// A day of the calendar, as text: `"2024-05-16"`.
+    Date,
     Symbols(Arc<Vec<Symbol>>),
     Schema(SchemaId),
     Family(FamilyId),
@@ -133,8 +135,27 @@ pub struct Schema {
     pub family: Option<FamilyId>,
     pub library: bool,
     pub fields: Vec<Field>,
-    /// `check` lines with their text.
-    pub checks: Vec<(Typed, String)>,
+    pub checks: Vec<Check>,
+}
+
+/// A `check` line.
+#[derive(Clone, Debug)]
+pub struct Check {
+    pub condition: Typed,
+    /// As written.
+    pub text: String,
+    pub reason: Option<String>,
+}
+
+/// A function, as documentation and completion show it.
+#[derive(Clone, Debug)]
+pub struct FunctionEntry {
+    pub name: String,
+    pub doc: String,
+    pub span: Span,
+    /// `fn sin(angle: Angle) -> Number`.
+    pub signature: String,
+    pub library: bool,
 }
 
 impl Schema {
@@ -150,6 +171,8 @@ pub struct Vocabulary {
     pub units: UnitTable,
     pub families: Vec<Family>,
     pub schemas: Vec<Schema>,
+    /// Those of stdlib first.
+    pub functions: Vec<FunctionEntry>,
 }
 
 impl Vocabulary {
@@ -204,6 +227,7 @@ impl Vocabulary {
             Type::Bool => "Bool".into(),
             Type::Text => "Text".into(),
             Type::File => "File".into(),
+            Type::Date => "Date".into(),
             Type::Symbols(symbols) => symbols.iter().map(|s| s.name.as_str()).collect::<Vec<_>>().join(" | "),
             Type::Schema(id) => self.schema(*id).name.clone(),
             Type::Family(id) => self.family(*id).name.clone(),
@@ -224,12 +248,14 @@ impl Vocabulary {
             Type::Bool => "`true` or `false`".into(),
             Type::Text => "a text in quotes".into(),
             Type::File => "a file name in quotes".into(),
+            Type::Date => "a date in quotes, such as `\"2024-05-16\"`".into(),
             Type::Symbols(symbols) => match symbols.as_slice() {
                 [one] => format!("`{}`", one.name),
                 many => format!("one of {}", listed(many.iter().map(|s| s.name.as_str()))),
             },
             Type::Schema(id) => format!("a record `{}`", self.schema(*id).name),
             Type::Family(id) => format!("a `{}` ({})", self.family(*id).name, listed_or(&self.members(*id))),
+            Type::List(element, _) if element.is_failed() => "a list".into(),
             Type::List(element, length) => match length {
                 Some(length) => format!("a list of {length} ({} each)", self.in_words(element)),
                 None => format!("a list ({} each)", self.in_words(element)),

@@ -4,7 +4,7 @@ use super::load::ModuleId;
 use super::mismatch::units_that_fit;
 use super::similar::nearest;
 use super::typed::UnitUse;
-use super::{Checker, Place, Wave};
+use super::{Checker, Place, Want, Wave};
 use crate::diagnostics::{Diagnostic, codes};
 use crate::syntax::ast::{BinaryOp, Expr, ExprKind, Name, Type as TypeSyntax, UnaryOp, Unit};
 use crate::units::{Dimension, Ratio, UnitMeaning};
@@ -16,7 +16,25 @@ struct Constant {
     waves: i32,
 }
 
+/// The unit after a list, and its dimension.
+pub(super) type ListUnit = (UnitUse, Dimension);
+
+/// A unit means nothing, and that was said.
+pub(super) struct Unknown;
+
 impl Checker<'_> {
+    /// The unit after a list, if there is one.
+    pub(super) fn unit_of_list(
+        &mut self,
+        place: Place,
+        unit: Option<&Unit>,
+        element: Option<&Want>,
+    ) -> Result<Option<ListUnit>, Unknown> {
+        let Some(unit) = unit else { return Ok(None) };
+        let wanted = element.and_then(|want| want.ty.required().dimension());
+        self.unit(place, unit, wanted).map(Some).ok_or(Unknown)
+    }
+
     /// A unit's size and dimension; what is wrong is said.
     pub(super) fn unit(
         &mut self,

@@ -5,7 +5,7 @@
 
 use super::load::ModuleId;
 use super::names::BUILT_IN_TYPES;
-use super::types::{Family, Field, Limit, Schema, SchemaId, Symbol, Type};
+use super::types::{Check, Family, Field, Limit, Schema, SchemaId, Symbol, Type};
 use super::{Binding, Checker, Place, Want};
 use crate::diagnostics::{Diagnostic, codes};
 use crate::source::Span;
@@ -23,7 +23,9 @@ impl<'a> Checker<'a> {
         self.each_item(|checker, module, item| checker.declare_measure(module, item));
         self.each_item(|checker, module, item| match &item.kind {
             ItemKind::Family { name } => checker.declare_family(module, item, name),
-            ItemKind::Let { .. } | ItemKind::Param { .. } => checker.declare_global(module, item),
+            ItemKind::Let { .. } | ItemKind::Param { .. } | ItemKind::Function { .. } => {
+                checker.declare_global(module, item);
+            }
             _ => {}
         });
         let mut schemas: Vec<(SchemaId, ModuleId, &'a SchemaSyntax)> = Vec::new();
@@ -81,7 +83,7 @@ impl<'a> Checker<'a> {
         }
     }
 
-    fn is_library(&self, module: ModuleId) -> bool {
+    pub(super) fn is_library(&self, module: ModuleId) -> bool {
         self.modules[module.0].library.is_some()
     }
 
@@ -232,10 +234,14 @@ impl<'a> Checker<'a> {
 
     /// Gives a name in a file its meaning; says so if the name is taken.
     pub(super) fn bind_value(&mut self, module: ModuleId, name: &Name, binding: Binding) {
-        if super::names::is_built_in_value(&name.text) {
+        let function = matches!(binding, Binding::Global(id) if self.globals[id.0].is_function());
+        if self.is_built_in(module, &name.text, function) {
             let message = format!("the name `{}` is a word of the language", name.text);
             self.say(Diagnostic::error(codes::E0206, name.span, message).help("choose another name"));
             return;
+        }
+        if self.is_core(module) {
+            self.core.values.insert(name.text.clone(), (binding, name.span));
         }
         if let Some((_, first)) = self.scopes[module.0].values.get(&name.text) {
             let first = *first;
@@ -313,6 +319,9 @@ impl<'a> Checker<'a> {
             "Bool" => return Type::Bool,
             "Text" => return Type::Text,
             "File" => return Type::File,
+            "Date" => return Type::Date,
+            // Of a function of stdlib whose typing rule is the compiler's: a number of any dimension.
+            "Quantity" if self.is_library(module) => return Type::Failed,
             _ => {}
         }
         if let Some(dimension) = self.vocabulary.units.dimension(name) {
@@ -360,9 +369,10 @@ impl<'a> Checker<'a> {
             }
             let place = Place { siblings: Some(id), ..place };
             for line in &syntax.checks {
-                let text = self.sources.slice(line.span).to_string();
-                let checked = self.wanted(place, line, Type::Bool, "a `check` line".into());
-                self.vocabulary.schemas[id.0].checks.push((checked, text));
+                let text = self.sources.slice(line.condition.span).to_string();
+                let condition = self.wanted(place, &line.condition, Type::Bool, "a `check` line".into());
+                let reason = line.reason.clone();
+                self.vocabulary.schemas[id.0].checks.push(Check { condition, text, reason });
             }
         }
     }

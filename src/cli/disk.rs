@@ -10,6 +10,9 @@ use crate::source::{FileError, FileProvider};
 use std::io::Read;
 use std::path::{Component, Path, PathBuf};
 
+/// Marks the folder of a project.
+const PROJECT_FILE: &str = "polish.toml";
+
 /// The disk, seen from one job.
 pub struct Disk {
     root: PathBuf,
@@ -23,7 +26,7 @@ impl Disk {
         let here = std::env::current_dir().and_then(|d| d.canonicalize()).unwrap_or_else(|_| PathBuf::from("."));
         let job = job.canonicalize().unwrap_or_else(|_| lexical(&here.join(job)));
         let folder = job.parent().map_or_else(|| here.clone(), Path::to_path_buf);
-        let root = folder.ancestors().find(|f| f.join("polish.toml").is_file()).unwrap_or(&folder).to_path_buf();
+        let root = folder.ancestors().find(|f| f.join(PROJECT_FILE).is_file()).unwrap_or(&folder).to_path_buf();
         Disk { root, here, allow_outside }
     }
 
@@ -72,6 +75,11 @@ impl FileProvider for Disk {
             return Err(FileError::Outside);
         }
         Ok(self.shown(&whole))
+    }
+
+    fn project_file(&self) -> Option<String> {
+        let path = self.root.join(PROJECT_FILE);
+        path.is_file().then(|| self.shown(&path))
     }
 }
 

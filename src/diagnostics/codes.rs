@@ -81,14 +81,17 @@ codes! {
     E0114
     E0115
     E0116
-    E0117
     E0118
     E0119
     E0120
     E0121
     E0122
     E0123
+    E0124
+    E0125
+    E0126
     W0101
+    W0102
     // names
     E0201
     E0202
@@ -108,6 +111,7 @@ codes! {
     E0217
     E0218
     E0219
+    E0220
     // types and dimensions
     E0301
     E0302
@@ -120,6 +124,7 @@ codes! {
     E0309
     E0310
     E0311
+    E0312
     // fields, ranges, values
     E0401
     E0402
@@ -133,6 +138,8 @@ codes! {
     E0410
     E0412
     E0413
+    E0414
+    E0415
     E0416
     W0401
     // files and metrology
@@ -201,6 +208,11 @@ codes! {
     E0904
     E0905
     E0906
+    E0907
+    E0908
+    E0909
+    E0910
+    E0911
     // verify
     E1000
     E1001
@@ -217,6 +229,7 @@ codes! {
     E1012
     E1013
     E1014
+    E1015
     // requirements
     E1101
     E1102

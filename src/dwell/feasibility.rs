@@ -3,21 +3,30 @@
 //! In: the job's `dwell`, footprint, field, path; afterwards the figures. Out: refusals with the number that would mend
 //! them, and warnings.
 
-use super::TimedPath;
 use super::field::Field;
 use super::footprint::Footprint;
 use super::least_squares::Base;
 use super::plan::Figures;
 use super::speed::{self, Limits, Segments};
+use super::{SpeedSteps, TimedPath};
 use crate::diagnostics::{Problem, codes};
-use crate::job::{Controller, Corrective, Piston};
+use crate::job::{Corrective, Piston};
+
+/// The least time between two moves that a controller takes, and the least that is usual for it, seconds.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SegmentTimes {
+    /// What the controller is called.
+    pub controller: String,
+    pub least: f64,
+    pub usual: f64,
+}
 
 /// Refuses segments that pass faster than the controller takes new moves (E0707), and warns of those that are quicker
 /// than is usual for it (W0705).
 pub fn check_segment_times(
     timed: &TimedPath,
     dwell: &Corrective,
-    controller: &Controller,
+    wanted: &SegmentTimes,
     warnings: &mut Vec<Problem>,
 ) -> Result<(), Problem> {
     let limits = Limits { least: dwell.feed.from.0, greatest: dwell.feed.to.0, acceleration: dwell.acceleration.0 };
@@ -34,15 +43,15 @@ pub fn check_segment_times(
             times[i] * 1e3,
             speeds[i] * 1e3,
             limit * 1e3,
-            controller.name
+            wanted.controller
         )
     };
     let help = "lower the upper end of `feed`, or make `point_step` longer";
-    if times[i] < controller.segment_time_least.0 {
-        return Err(Problem::error(codes::E0707, "dwell.feed", say(controller.segment_time_least.0)).help(help));
+    if times[i] < wanted.least {
+        return Err(Problem::error(codes::E0707, "dwell.feed", say(wanted.least)).help(help));
     }
-    if times[i] < controller.segment_time_usual.0 {
-        let usual = controller.segment_time_usual.0;
+    if times[i] < wanted.usual {
+        let usual = wanted.usual;
         let count = times.iter().filter(|time| **time < usual).count();
         warnings.push(
             Problem::warning(codes::W0705, "dwell.feed", say(usual))
@@ -54,7 +63,7 @@ pub fn check_segment_times(
 }
 
 /// The job's limits, if they can be used.
-pub(super) fn limits(dwell: &Corrective, step: f64) -> Result<Limits, Problem> {
+pub(super) fn limits(dwell: &Corrective, steps: SpeedSteps) -> Result<Limits, Problem> {
     let (least, greatest, acceleration) = (dwell.feed.from.0, dwell.feed.to.0, dwell.acceleration.0);
     let refuse = |field: &str, message: String| {
         Err(Problem::error(codes::E0700, format!("dwell.{field}"), message).help("correct the number"))
@@ -67,10 +76,10 @@ pub(super) fn limits(dwell: &Corrective, step: f64) -> Result<Limits, Problem> {
         );
         return refuse("feed", message);
     }
-    // A whole multiple of the step between the two ends, the ends included in spite of their rounding.
-    if (greatest / step * (1.0 + 1e-12)).floor() < (least / step * (1.0 - 1e-12)).ceil() {
-        let message =
-            format!("the feed holds no speed that the controller can be told, in steps of {:.6} mm/s", step * 1e3);
+    // A speed that can be written between the two ends, the ends included in spite of their rounding.
+    if steps.down(greatest) < steps.up(least) {
+        let step = steps.step(greatest) * 1e3;
+        let message = format!("the feed holds no speed that the controller can be told, in steps of {step:.6} mm/s");
         return Err(Problem::error(codes::E0700, "dwell.feed", message).help("widen the range"));
     }
     if !(acceleration > 0.0 && acceleration.is_finite()) {

@@ -17,10 +17,12 @@ mod plan;
 pub mod prediction;
 pub mod removal;
 pub mod speed;
+mod steps;
 
-pub use feasibility::check_segment_times;
+pub use feasibility::{SegmentTimes, check_segment_times};
 pub use footprint::{Footprint, floor_depth};
 pub use plan::{Figures, Outcome, Task, predict, solve};
+pub use steps::{SpeedSteps, decimals_of};
 
 use crate::path::ToolPath;
 
@@ -28,8 +30,7 @@ use crate::path::ToolPath;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TimedPath {
     pub path: ToolPath,
-    /// Programmed speed in m/s of the straight move that ends at each point, a whole multiple of the speed step of the
-    /// target. For the first point of a line: the speed of the link move that arrives there (the path's first point:
+    /// Programmed speed in m/s of the straight move that ends at each point, one that the target can write exactly. For the first point of a line: the speed of the link move that arrives there (the path's first point:
     /// the approach speed).
     pub speed: Vec<f64>,
 }

@@ -8,7 +8,7 @@ use super::footprint::{Footprint, floor_depth};
 use super::least_squares::{self, Base, LinearOperator, Stop, Wanted};
 use super::removal::{Removal, Samples};
 use super::speed::{self, Limits, Segments};
-use super::{TimedPath, prediction};
+use super::{SpeedSteps, TimedPath, prediction};
 use crate::diagnostics::{Problem, codes};
 use crate::job::{Aperture, Corrective};
 use crate::metrology::Grid;
@@ -28,8 +28,8 @@ pub struct Task<'a> {
     /// Direction of the tool's x axis on the part, radians.
     pub azimuth: f64,
     pub dwell: &'a Corrective,
-    /// Programmed speeds are whole multiples of this, m/s.
-    pub speed_step: f64,
+    /// Programmed speeds are of these.
+    pub speed_steps: SpeedSteps,
 }
 
 /// A solved run.
@@ -101,7 +101,7 @@ const STOP: Stop =
 /// aperture), E0704 (the path does not reach part of it), E0705 (nothing to remove), E0706 (pixels too coarse).
 pub fn solve(task: Task, warnings: &mut Vec<Problem>) -> Result<Outcome, Problem> {
     let dwell = task.dwell;
-    let limits = limits(dwell, task.speed_step)?;
+    let limits = limits(dwell, task.speed_steps)?;
     let footprint = Footprint::of(task.influence, task.azimuth);
     let ends = path::ends::check(&task.path, task.edge, footprint.radius, limits.greatest, limits.acceleration)?;
     let segments = Segments::new(&task.path);
@@ -162,13 +162,13 @@ pub fn solve(task: Task, warnings: &mut Vec<Problem>) -> Result<Outcome, Problem
         rounds += 1;
     }
     let (solver_rms, mut speeds) = best.unwrap_or_default();
-    speed::round(&mut speeds, &segments, &limits, task.speed_step);
-    let step = task.speed_step;
+    speed::round(&mut speeds, &segments, &limits, task.speed_steps);
+    let step = |i: usize| task.speed_steps.step(speeds[i]);
     let part =
         |at: &dyn Fn(usize) -> bool| inside.iter().filter(|i| at(**i)).count() as f64 / inside.len().max(1) as f64;
-    let at_least = part(&|i| speeds[i] < limits.least + step);
-    let at_bounds = part(&|i| speeds[i] < limits.least + step || speeds[i] > fastest[i] - step);
-    let timed = timed_path(task.path, &segments, &speeds, &limits, task.speed_step);
+    let at_least = part(&|i| speeds[i] < limits.least + step(i));
+    let at_bounds = part(&|i| speeds[i] < limits.least + step(i) || speeds[i] > fastest[i] - step(i));
+    let timed = timed_path(task.path, &segments, &speeds, &limits, task.speed_steps);
     let mut outcome = predict(timed, &footprint, task.error, task.clear, dwell)?;
     let speed_of = |pick: fn(f64, f64) -> f64, from: f64| inside.iter().fold(from, |s, &i| pick(s, speeds[i]));
     outcome.figures = Figures {
@@ -296,9 +296,12 @@ fn start(
     Ok((start, (0..work.len()).filter(|&i| work[i] >= 0.5 * whole).collect()))
 }
 
-fn timed_path(path: ToolPath, segments: &Segments, speeds: &[f64], limits: &Limits, step: f64) -> TimedPath {
-    let steps_in_unit = (1.0 / step).round();
-    let down = |speed: f64| (speed * steps_in_unit * (1.0 + 1e-12)).floor().max(1.0) / steps_in_unit;
+fn timed_path(path: ToolPath, segments: &Segments, speeds: &[f64], limits: &Limits, steps: SpeedSteps) -> TimedPath {
+    let down = |speed: f64| match steps.down(speed) {
+        // Slower than anything that can be written: the least that can.
+        0.0 => steps.step(speed),
+        speed => speed,
+    };
     let mut speed = vec![down(limits.greatest); path.points.len()];
     for (&point, &value) in segments.point.iter().zip(speeds) {
         speed[point] = value;

@@ -1,7 +1,7 @@
 //! Speeds: what the arm can do between two points, and what it then really does.
 //!
 //! In: a path, wanted times of its segments, feed limits and acceleration. Out: programmed speeds that the arm can
-//! follow, whole multiples of the target's speed step, and the time that each part of a segment really takes.
+//! follow and the target can write, and the time that each part of a segment really takes.
 //!
 //! Model of the motion. The programmed speed is constant over a segment. The tool enters a segment with the speed of
 //! the one before and changes to the new speed at once, with constant acceleration `a`; a line starts from rest and
@@ -15,6 +15,7 @@
 //! Then every change ends inside its segment. A segment entered at u and programmed at v takes
 //! `ds/v + (v - u)|v - u| / (2 a v)`, the last one of a line `v/(2a)` more.
 
+use super::SpeedSteps;
 use super::removal::{ends, segments};
 use crate::path::ToolPath;
 
@@ -68,7 +69,7 @@ pub fn limit(speeds: &mut [f64], segments: &Segments, limits: &Limits) {
     slow_down(speeds, segments, limits, |square| square.sqrt());
 }
 
-/// The same for whole multiples of `step`, which stay so.
+/// The same for speeds that a target can write, which stay so.
 fn slow_down(speeds: &mut [f64], segments: &Segments, limits: &Limits, root: impl Fn(f64) -> f64) {
     for line in segments.lines() {
         let last = line.end - 1;
@@ -144,17 +145,13 @@ pub fn for_times(times: &[f64], segments: &Segments, limits: &Limits) -> Vec<f64
     speeds
 }
 
-/// Speeds as whole multiples of the target's step, inside the same limits. `step` is a power of ten in m/s, or any
-/// whole part of one.
-pub fn round(speeds: &mut [f64], segments: &Segments, limits: &Limits, step: f64) {
-    // Multiples are made by division by a whole number, so that they are the nearest numbers to their decimal writing.
-    let steps_in_unit = (1.0 / step).round();
-    let multiple = |count: f64| count / steps_in_unit;
-    let least = multiple((limits.least * steps_in_unit * (1.0 - 1e-12)).ceil());
-    let down = |speed: f64| multiple((speed * steps_in_unit * (1.0 + 1e-12)).floor()).max(least);
+/// Speeds as the target can write them, inside the same limits.
+pub fn round(speeds: &mut [f64], segments: &Segments, limits: &Limits, steps: SpeedSteps) {
+    let least = steps.up(limits.least);
+    let down = |speed: f64| steps.down(speed).max(least);
     let greatest = down(limits.greatest);
     for speed in speeds.iter_mut() {
-        *speed = multiple((*speed * steps_in_unit).round()).max(least).min(greatest);
+        *speed = steps.nearest(*speed).max(least).min(greatest);
     }
     slow_down(speeds, segments, limits, |square| down(square.sqrt()));
 }
@@ -259,7 +256,7 @@ mod tests {
             let n = lengths.len();
             let limits = Limits { least: 1e-3, greatest: 0.1, acceleration };
             let mut speeds = wanted[..n].to_vec();
-            round(&mut speeds, &segments, &limits, step);
+            round(&mut speeds, &segments, &limits, SpeedSteps::Fixed(step));
             let mut before = 0.0f64;
             for i in 0..n {
                 let v = speeds[i];

@@ -3,6 +3,7 @@
 //! In: [`Checked`]. Out: the values of globals and jobs; `None` where something was wrong and has been said. Dimensions
 //! are proved already; what remains is numbers: overflow, division by zero, ranges.
 
+use super::choice::computed;
 use super::value::{FieldOfRecord, Record, Value, ValueKind};
 use crate::check::typed::{FieldValue, Function, Typed, TypedKind, UnitUse};
 use crate::check::types::{SchemaId, Type};
@@ -14,9 +15,9 @@ use crate::units::{Dimension, Quantity};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// Most values in one list. A job's lists are typed by people; measured data come in files. Lists of lists built by a
-/// chain of `let` could otherwise grow without bound.
-const MOST_LISTED: usize = 10_000;
+/// Most steps of one compilation: a step is an expression worked out. Jobs take some thousands; two million take less
+/// than a second. Functions that call functions twice double the steps with every line.
+const MOST_STEPS: usize = 2_000_000;
 
 /// What an expression can see beside the globals.
 #[derive(Clone, Copy, Default)]
@@ -25,6 +26,8 @@ pub(super) struct Surroundings<'a> {
     pub wavelength: Option<f64>,
     /// In a `check` line: the record.
     pub siblings: Option<&'a BTreeMap<String, FieldOfRecord>>,
+    /// The arguments of the function, and the numbers of the lists with `for` around.
+    pub locals: &'a [Value],
 }
 
 pub(super) struct Evaluator<'a> {
@@ -32,6 +35,7 @@ pub(super) struct Evaluator<'a> {
     pub sources: &'a Sources,
     pub globals: Vec<Option<Value>>,
     pub depth: usize,
+    pub steps: usize,
     pub diagnostics: Vec<Diagnostic>,
 }
 
@@ -71,15 +75,24 @@ pub(super) fn compares(operator: BinaryOp, a: f64, b: f64) -> bool {
 /// A function's value from numbers in SI.
 pub(super) fn call(function: Function, arguments: &[f64]) -> f64 {
     let first = arguments.first().copied().unwrap_or(f64::NAN);
+    let second = arguments.get(1).copied().unwrap_or(f64::NAN);
     match function {
-        Function::Tangential | Function::Arc => first * arguments.get(1).copied().unwrap_or(f64::NAN),
+        Function::Tangential | Function::Arc => first * second,
         Function::Sin => libm::sin(first),
         Function::Cos => libm::cos(first),
         Function::Tan => libm::tan(first),
+        Function::Asin => libm::asin(first),
+        Function::Acos => libm::acos(first),
+        Function::Atan2 => libm::atan2(first, second),
         Function::Sqrt => libm::sqrt(first),
         Function::Abs => first.abs(),
         Function::Min => arguments.iter().copied().fold(first, f64::min),
         Function::Max => arguments.iter().copied().fold(first, f64::max),
+        Function::Sum => arguments.iter().sum(),
+        Function::Count => arguments.len() as f64,
+        Function::Floor => first.floor(),
+        Function::Ceil => first.ceil(),
+        Function::Round => first.round(),
     }
 }
 
@@ -93,23 +106,45 @@ impl Evaluator<'_> {
         let checked = self.checked;
         for id in &checked.order {
             let global = &checked.globals[id.0];
+            if global.parameters.is_some() {
+                continue;
+            }
             let value = self.value(&global.value, Surroundings::default());
             let what = format!("`{}`", global.name);
-            let kept = value.filter(|value| self.keeps_to(value, &global.ty, &what, global.restriction.as_ref(), None));
+            let (restriction, usual) = (global.restriction.as_ref(), global.usual.as_ref());
+            let kept = value.filter(|value| self.keeps_to(value, &global.ty, &what, restriction, usual));
             self.globals[id.0] = kept;
         }
     }
 
+    /// Counts steps; nothing once there were too many, and that is said once.
+    pub(super) fn spend(&mut self, typed: &Typed, steps: usize) -> Option<()> {
+        self.steps = self.steps.saturating_add(steps);
+        if self.steps <= MOST_STEPS {
+            return Some(());
+        }
+        if !self.diagnostics.iter().any(|d| d.code == codes::E0415) {
+            let message = format!("working out the values of this file takes more than {MOST_STEPS} steps");
+            let help = "give what is worked out twice a name with `let`, and use the name";
+            self.say(Diagnostic::error(codes::E0415, typed.span, message).help(help));
+        }
+        None
+    }
+
     /// What the expression is worth; `None` if it is worth nothing and that has been said.
     pub(super) fn value(&mut self, typed: &Typed, around: Surroundings<'_>) -> Option<Value> {
-        // Expressions are not so deep; only a schema whose default holds a record of itself comes here.
+        // Expressions are not so deep: only a schema whose default holds a record of itself, and hundreds of functions that
+        // call each other, come here.
         if self.depth > 2 * DEEPEST {
             if !self.diagnostics.iter().any(|d| d.code == codes::E0412) {
-                let message = "the default of a schema holds a record of the same schema, without end";
-                self.say(Diagnostic::error(codes::E0412, typed.span, message).help("make the field optional"));
+                let message = format!("working this out goes more than {} values deep", 2 * DEEPEST);
+                let help =
+                    "a schema whose default holds a record of the same schema has no end: make the field optional";
+                self.say(Diagnostic::error(codes::E0412, typed.span, message).help(help));
             }
             return None;
         }
+        self.spend(typed, 1)?;
         self.depth += 1;
         let value = self.value_within(typed, around);
         self.depth -= 1;
@@ -134,13 +169,11 @@ impl Evaluator<'_> {
             TypedKind::None => of(ValueKind::None),
             TypedKind::Global(id) => {
                 // The place is that of the use; what is inside keeps the places of the definition.
-                let value = self.globals.get(id.0)?.clone()?;
-                let kind = match value.kind {
-                    ValueKind::Quantity { quantity, .. } => ValueKind::Quantity { quantity, written: false },
-                    other => other,
-                };
-                of(kind)
+                Some(computed(self.globals.get(id.0)?.clone()?, typed))
             }
+            TypedKind::Local(slot) => Some(computed(around.locals.get(*slot)?.clone(), typed)),
+            TypedKind::If { branches, otherwise } => self.chosen(branches, otherwise, around),
+            TypedKind::Comprehension { element, slot, over } => self.repeated(typed, (element, *slot), over, around),
             // Requirements are not worked out here; nothing else may name a result.
             TypedKind::Result(_) | TypedKind::Failed => None,
             TypedKind::SiblingField(name) => around.siblings?.get(name).map(|field| field.value.clone()),
@@ -165,19 +198,10 @@ impl Evaluator<'_> {
                     }
                 }
             }
-            TypedKind::Call(function, arguments) => {
-                let numbers = self.numbers(arguments, around)?;
-                self.number(typed, call(*function, &numbers), false)
-            }
+            TypedKind::Call(callee, arguments) => self.called(typed, *callee, arguments, around),
             TypedKind::List(elements) => {
                 let values: Vec<Option<Value>> = elements.iter().map(|element| self.value(element, around)).collect();
-                let list = of(ValueKind::List(Arc::new(values.into_iter().collect::<Option<Vec<Value>>>()?)))?;
-                if list.count() > MOST_LISTED {
-                    let message = format!("this list holds more than {MOST_LISTED} values");
-                    self.say(Diagnostic::error(codes::E0413, span, message).help("put measured data into a file"));
-                    return None;
-                }
-                Some(list)
+                self.listed(typed, values.into_iter().collect::<Option<Vec<Value>>>()?)
             }
             TypedKind::Range(from, to) => {
                 let (from, to) = (self.value(from, around), self.value(to, around));
@@ -203,11 +227,6 @@ impl Evaluator<'_> {
         }
     }
 
-    fn numbers(&mut self, arguments: &[Typed], around: Surroundings<'_>) -> Option<Vec<f64>> {
-        let values: Vec<Option<Value>> = arguments.iter().map(|argument| self.value(argument, around)).collect();
-        values.into_iter().map(|value| Some(value?.as_quantity()?.value)).collect()
-    }
-
     fn binary(
         &mut self,
         typed: &Typed,
@@ -216,7 +235,15 @@ impl Evaluator<'_> {
         right: &Typed,
         around: Surroundings<'_>,
     ) -> Option<Value> {
-        let (a, b) = (self.value(left, around), self.value(right, around));
+        let a = self.value(left, around);
+        // `x != 0 and 1 / x < 3`: the second side counts only if the first leaves it open.
+        match (operator, a.as_ref().map(|a| &a.kind)) {
+            (BinaryOp::And, Some(ValueKind::Bool(false))) | (BinaryOp::Or, Some(ValueKind::Bool(true))) => {
+                return Some(Value { span: typed.span, ..a? });
+            }
+            _ => {}
+        }
+        let b = self.value(right, around);
         let (a, b) = a.zip(b)?;
         let truth = |value| Some(Value { span: typed.span, kind: ValueKind::Bool(value) });
         match (&a.kind, &b.kind) {
@@ -248,7 +275,7 @@ impl Evaluator<'_> {
         if short { format!("`{text}`") } else { "this expression".into() }
     }
 
-    fn number(&mut self, typed: &Typed, value: f64, written: bool) -> Option<Value> {
+    pub(super) fn number(&mut self, typed: &Typed, value: f64, written: bool) -> Option<Value> {
         if !value.is_finite() {
             let what = if value.is_nan() { "has no value" } else { "is too large for a number" };
             let message = format!("{} {what}", self.quoted(typed.span));
@@ -303,8 +330,8 @@ impl Evaluator<'_> {
         if !complete {
             return None;
         }
-        for (line, text) in &shape.checks {
-            self.check_line(line, text, &shape.name, &fields, span);
+        for check in &shape.checks {
+            self.check_line(check, &shape.name, &fields, span);
         }
         let record = Record { schema, name: shape.name.clone(), fields };
         Some(Value { span, kind: ValueKind::Record(Arc::new(record)) })

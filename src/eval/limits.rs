@@ -3,9 +3,10 @@
 use super::evaluate::{Evaluator, Surroundings, compares};
 use super::value::{FieldOfRecord, Value, ValueKind};
 use crate::check::typed::{Typed, TypedKind};
-use crate::check::types::{Limit, Type};
+use crate::check::types::{Check, Limit, Type};
 use crate::diagnostics::{Diagnostic, codes};
 use crate::source::Span;
+use crate::syntax::ast::BinaryOp;
 use crate::units::show;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -87,12 +88,12 @@ impl Evaluator<'_> {
     /// A `check` line of a schema. Where a field it speaks of is `none`, it says nothing.
     pub(super) fn check_line(
         &mut self,
-        line: &Typed,
-        text: &str,
+        check: &Check,
         schema: &str,
         fields: &BTreeMap<String, FieldOfRecord>,
         span: Span,
     ) {
+        let (line, text) = (&check.condition, &check.text);
         let mut named = BTreeSet::new();
         siblings(line, &mut named);
         let known: Vec<(&String, &Value)> = named
@@ -103,11 +104,12 @@ impl Evaluator<'_> {
         if known.iter().any(|(_, value)| value.kind == ValueKind::None) {
             return;
         }
-        let around = Surroundings { wavelength: None, siblings: Some(fields) };
+        let around = Surroundings { siblings: Some(fields), ..Surroundings::default() };
         let Some(Value { kind: ValueKind::Bool(false), .. }) = self.value(line, around) else { return };
         let facts: Vec<String> =
             known.iter().map(|(name, value)| format!("`{name}` is {}", self.shown(value))).collect();
-        let message = format!("`{text}` must hold in `{schema}`, but {}", facts.join(" and "));
+        let reason = check.reason.as_ref().map_or_else(String::new, |reason| format!("{reason}: "));
+        let message = format!("{reason}`{text}` must hold in `{schema}`, but {}", facts.join(" and "));
         let place = known.first().map_or(span, |(_, value)| value.span);
         // That one of the values is unusual besides is no second mistake.
         let same = |d: &Diagnostic| d.primary.as_ref().is_some_and(|p| known.iter().any(|(_, v)| v.span == p.span));
@@ -117,6 +119,63 @@ impl Evaluator<'_> {
             diagnostic = diagnostic.also(value.span, format!("`{name}`"));
         }
         self.say(diagnostic);
+    }
+}
+
+impl Evaluator<'_> {
+    /// Every `assert` of every file, with what its sides came to.
+    pub(super) fn asserts(&mut self) {
+        let checked = self.checked;
+        for assert in &checked.asserts {
+            let condition = &assert.condition;
+            let value = self.value(condition, Surroundings::default());
+            let Some(Value { kind: ValueKind::Bool(false), .. }) = value else { continue };
+            let mut facts = Vec::new();
+            self.facts(condition, &mut facts);
+            let text = self.sources.slice(condition.span).split_whitespace().collect::<Vec<_>>().join(" ");
+            let message = format!("{}: `{text}` does not hold", assert.reason);
+            let mut diagnostic = Diagnostic::error(codes::E0414, condition.span, message);
+            if !facts.is_empty() {
+                diagnostic = diagnostic.note(facts.join(", "));
+            }
+            self.say(diagnostic);
+        }
+    }
+
+    /// What the sides of the comparisons that fail are worth, where they do not say it themselves.
+    fn facts(&mut self, condition: &Typed, into: &mut Vec<String>) {
+        match &condition.kind {
+            TypedKind::Not(inner) => self.facts(inner, into),
+            TypedKind::Binary(BinaryOp::And | BinaryOp::Or, a, b) => {
+                for side in [a, b] {
+                    let value = self.value(side, Surroundings::default());
+                    if matches!(value, Some(Value { kind: ValueKind::Bool(false), .. })) {
+                        self.facts(side, into);
+                    }
+                }
+            }
+            TypedKind::Binary(operator, a, b) => {
+                let mut numbers = Vec::new();
+                for side in [a, b] {
+                    let value = self.value(side, Surroundings::default());
+                    numbers.extend(value.and_then(|value| value.as_quantity()).map(|quantity| quantity.value));
+                }
+                // A millionth of a millionth: some thousand roundings of double precision.
+                if let (BinaryOp::Equal, [a, b]) = (operator, numbers.as_slice())
+                    && (a - b).abs() <= 1e-12 * a.abs().max(b.abs())
+                {
+                    into.push("the two differ only by rounding: write `abs(a - b) < …` with a small value".into());
+                }
+                for side in [a, b] {
+                    if matches!(side.kind, TypedKind::Number(..) | TypedKind::Symbol(_) | TypedKind::Text(_)) {
+                        continue;
+                    }
+                    let Some(value) = self.value(side, Surroundings::default()) else { continue };
+                    into.push(format!("`{}` is {}", self.sources.slice(side.span), self.shown(&value)));
+                }
+            }
+            _ => {}
+        }
     }
 }
 
@@ -137,6 +196,17 @@ fn siblings<'t>(typed: &'t Typed, into: &mut BTreeSet<&'t String>) {
             given.iter().for_each(|field| siblings(&field.value, into));
         }
         TypedKind::Record(_, given) => given.iter().for_each(|field| siblings(&field.value, into)),
+        TypedKind::If { branches, otherwise } => {
+            for (condition, value) in branches {
+                siblings(condition, into);
+                siblings(value, into);
+            }
+            siblings(otherwise, into);
+        }
+        TypedKind::Comprehension { element, over, .. } => {
+            siblings(element, into);
+            siblings(over, into);
+        }
         TypedKind::Number(..)
         | TypedKind::Bool(_)
         | TypedKind::Text(_)
@@ -144,6 +214,7 @@ fn siblings<'t>(typed: &'t Typed, into: &mut BTreeSet<&'t String>) {
         | TypedKind::Symbol(_)
         | TypedKind::None
         | TypedKind::Global(_)
+        | TypedKind::Local(_)
         | TypedKind::Result(_)
         | TypedKind::Failed => {}
     }

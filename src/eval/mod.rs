@@ -4,6 +4,7 @@
 //! requirements; or what was wrong, in order of place. No data file is read here: a field of type `File` becomes a whole
 //! path.
 
+mod choice;
 mod deserialize;
 mod evaluate;
 mod limits;
@@ -20,6 +21,7 @@ use crate::check::{self, Checked, CheckedJob, given_fields, load};
 use crate::diagnostics::{Diagnostic, Severity, codes};
 use crate::job::{Job, Origins};
 use crate::source::{FileId, FileProvider, Sources, Span};
+use crate::syntax::ast::Allow;
 use evaluate::{Evaluator, Surroundings};
 use std::collections::BTreeSet;
 use value::{Value, ValueKind};
@@ -46,6 +48,8 @@ pub struct Compiled {
     pub jobs: Vec<CompiledJob>,
     /// Schemas with fields, types, defaults and docs.
     pub vocabulary: Vocabulary,
+    /// The `allow` lines of all files; the warnings are still among the diagnostics.
+    pub allows: Vec<Allow>,
 }
 
 /// A job that is ready for the passes.
@@ -87,7 +91,8 @@ pub fn compile(files: &dyn FileProvider, path: &str, options: &Options) -> Compi
     });
     let failed = diagnostics.iter().any(|d| d.severity == Severity::Error);
     let jobs = if failed { Vec::new() } else { jobs };
-    Compiled { sources: loaded.sources, diagnostics, jobs, vocabulary: checked.vocabulary }
+    let allows = loaded.modules.iter().flat_map(|module| module.ast.allows.iter().cloned()).collect();
+    Compiled { sources: loaded.sources, diagnostics, jobs, vocabulary: checked.vocabulary, allows }
 }
 
 /// stdlib alone: its sources, its vocabulary, and what is wrong with it (nothing, says a test).
@@ -98,7 +103,13 @@ pub fn library() -> Compiled {
     let mut evaluator = Evaluator::new(&checked, &loaded.sources, said);
     evaluator.defaults_keep_to_limits();
     let diagnostics = in_order(evaluator.diagnostics);
-    Compiled { sources: loaded.sources, diagnostics, jobs: Vec::new(), vocabulary: checked.vocabulary }
+    Compiled {
+        sources: loaded.sources,
+        diagnostics,
+        jobs: Vec::new(),
+        vocabulary: checked.vocabulary,
+        allows: Vec::new(),
+    }
 }
 
 fn line_of(sources: &Sources, span: Span) -> (FileId, usize) {
@@ -144,8 +155,9 @@ impl<'a> Evaluator<'a> {
     /// Evaluates the values of all files; `said` is what loading and checking found.
     fn new(checked: &'a Checked, sources: &'a Sources, said: Vec<Diagnostic>) -> Evaluator<'a> {
         let globals = vec![None; checked.globals.len()];
-        let mut evaluator = Evaluator { checked, sources, globals, depth: 0, diagnostics: said };
+        let mut evaluator = Evaluator { checked, sources, globals, depth: 0, steps: 0, diagnostics: said };
         evaluator.globals();
+        evaluator.asserts();
         evaluator
     }
 
@@ -156,7 +168,7 @@ impl<'a> Evaluator<'a> {
             .and_then(|field| self.value(&field.value, Surroundings::default()))
             .and_then(|value| value.as_quantity())
             .map(|quantity| quantity.value);
-        let value = self.value(&job.record, Surroundings { wavelength, siblings: None });
+        let value = self.value(&job.record, Surroundings { wavelength, ..Surroundings::default() });
         let requirements: Vec<Option<Requirement>> =
             job.requirements.iter().map(|line| self.requirement(line, wavelength)).collect();
         let (value, requirements) = value.zip(requirements.into_iter().collect::<Option<Vec<Requirement>>>())?;

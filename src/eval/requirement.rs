@@ -4,8 +4,10 @@
 //! pass gives the results to.
 
 use super::evaluate::{Evaluator, Surroundings, arithmetic, call, compares, unit_size};
-use super::value::ValueKind;
-use crate::check::typed::{Function, Typed, TypedKind};
+use super::value::{Value, ValueKind};
+use crate::check::typed::{Callee, Function, Typed, TypedKind};
+use crate::check::types::Type;
+use crate::diagnostics::{Diagnostic, codes};
 use crate::source::Span;
 use crate::syntax::ast::BinaryOp;
 use crate::units::{Dimension, format, show};
@@ -47,6 +49,7 @@ enum Term {
     Minus(Box<Term>),
     Call(Function, Vec<Term>),
     Binary(BinaryOp, Box<Term>, Box<Term>),
+    If(Box<Condition>, Box<Term>, Box<Term>),
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -56,6 +59,23 @@ enum Condition {
     Not(Box<Condition>),
     And(Box<Condition>, Box<Condition>),
     Or(Box<Condition>, Box<Condition>),
+}
+
+/// A local value of a function: known already, or waiting for results.
+#[derive(Clone, Debug)]
+enum Local {
+    Known(Value),
+    Term(Term),
+    Condition(Condition),
+}
+
+/// What the names around an expression mean.
+#[derive(Clone, Copy, Default)]
+struct Scope<'s> {
+    wavelength: Option<f64>,
+    locals: &'s [Local],
+    /// The same for an expression that needs no result; something stands in for what waits.
+    values: &'s [Value],
 }
 
 impl Requirement {
@@ -68,7 +88,10 @@ impl Requirement {
                 None => show(value, shown.dimension),
             })
         });
-        Outcome { value, met: self.condition.holds(results) }
+        let met = self.condition.holds(results);
+        // A condition without a comparison of its own (a function that gives `true` or `false`) shows that.
+        let value = value.or_else(|| met.filter(|_| self.shown.is_none()).map(|met| met.to_string()));
+        Outcome { value, met }
     }
 
     /// The results that it needs, without `result.`
@@ -90,7 +113,22 @@ impl Term {
                 call(*function, &arguments?)
             }
             Term::Binary(operator, a, b) => arithmetic(*operator, a.value(results)?, b.value(results)?),
+            Term::If(condition, a, b) => match condition.holds(results)? {
+                true => a.value(results)?,
+                false => b.value(results)?,
+            },
         })
+    }
+
+    /// How many pieces it has.
+    fn size(&self) -> usize {
+        match self {
+            Term::Known(_) | Term::Result(_) => 1,
+            Term::Minus(inner) => 1 + inner.size(),
+            Term::Call(_, arguments) => 1 + arguments.iter().map(Term::size).sum::<usize>(),
+            Term::Binary(_, a, b) => 1 + a.size() + b.size(),
+            Term::If(condition, a, b) => 1 + condition.size() + a.size() + b.size(),
+        }
     }
 
     fn results<'t>(&'t self, into: &mut BTreeSet<&'t str>) {
@@ -103,11 +141,25 @@ impl Term {
                 a.results(into);
                 b.results(into);
             }
+            Term::If(condition, a, b) => {
+                condition.results(into);
+                a.results(into);
+                b.results(into);
+            }
         }
     }
 }
 
 impl Condition {
+    fn size(&self) -> usize {
+        match self {
+            Condition::Known(_) => 1,
+            Condition::Compare(_, a, b) => 1 + a.size() + b.size(),
+            Condition::Not(inner) => 1 + inner.size(),
+            Condition::And(a, b) | Condition::Or(a, b) => 1 + a.size() + b.size(),
+        }
+    }
+
     /// A number that is not one (a result divided by zero) meets nothing.
     fn holds(&self, results: &BTreeMap<String, f64>) -> Option<bool> {
         match self {
@@ -150,83 +202,176 @@ impl Condition {
 impl Evaluator<'_> {
     /// The requirement; `None` if something in it was wrong, which has been said.
     pub(super) fn requirement(&mut self, typed: &Typed, wavelength: Option<f64>) -> Option<Requirement> {
-        let condition = self.condition(typed, wavelength)?;
-        let shown = self.shown_side(typed, wavelength);
+        let scope = Scope { wavelength, ..Scope::default() };
+        let condition = self.condition(typed, scope)?;
+        let shown = self.shown_side(typed, scope);
         // One blank where the job aligns its lines or breaks them.
         let text = self.sources.slice(typed.span).split_whitespace().collect::<Vec<_>>().join(" ");
         Some(Requirement { text, span: typed.span, condition, shown })
     }
 
-    fn condition(&mut self, typed: &Typed, wavelength: Option<f64>) -> Option<Condition> {
-        if !needs_result(typed) {
-            let around = Surroundings { wavelength, siblings: None };
-            return match self.value(typed, around)?.kind {
+    /// What needs no result, worked out.
+    fn known(&mut self, typed: &Typed, scope: Scope<'_>) -> Option<Value> {
+        let Scope { wavelength, values, .. } = scope;
+        self.value(typed, Surroundings { wavelength, siblings: None, locals: values })
+    }
+
+    fn condition(&mut self, typed: &Typed, scope: Scope<'_>) -> Option<Condition> {
+        if !needs_result(typed, scope.locals) {
+            return match self.known(typed, scope)?.kind {
                 ValueKind::Bool(value) => Some(Condition::Known(value)),
                 _ => None,
             };
         }
+        self.spend(typed, 1)?;
         match &typed.kind {
-            TypedKind::Not(inner) => Some(Condition::Not(Box::new(self.condition(inner, wavelength)?))),
+            TypedKind::Not(inner) => Some(Condition::Not(Box::new(self.condition(inner, scope)?))),
             TypedKind::Binary(BinaryOp::And, a, b) => {
-                let (a, b) = (self.condition(a, wavelength), self.condition(b, wavelength));
+                let (a, b) = (self.condition(a, scope), self.condition(b, scope));
                 Some(Condition::And(Box::new(a?), Box::new(b?)))
             }
             TypedKind::Binary(BinaryOp::Or, a, b) => {
-                let (a, b) = (self.condition(a, wavelength), self.condition(b, wavelength));
+                let (a, b) = (self.condition(a, scope), self.condition(b, scope));
                 Some(Condition::Or(Box::new(a?), Box::new(b?)))
             }
-            TypedKind::Binary(operator, a, b) => {
-                let (a, b) = (self.term(a, wavelength), self.term(b, wavelength));
+            TypedKind::Binary(operator, a, b) if a.ty.dimension().is_some() => {
+                let (a, b) = (self.term(a, scope), self.term(b, scope));
                 Some(Condition::Compare(*operator, a?, b?))
             }
-            _ => None,
+            TypedKind::If { branches, otherwise } => {
+                let mut whole = self.condition(otherwise, scope)?;
+                for (condition, value) in branches.iter().rev() {
+                    let (condition, value) = (self.condition(condition, scope)?, self.condition(value, scope)?);
+                    self.spend(typed, condition.size())?;
+                    let not = Condition::Not(Box::new(condition.clone()));
+                    whole = Condition::Or(
+                        Box::new(Condition::And(Box::new(condition), Box::new(value))),
+                        Box::new(Condition::And(Box::new(not), Box::new(whole))),
+                    );
+                }
+                Some(whole)
+            }
+            TypedKind::Call(Callee::Written(id), arguments) => {
+                let body = &self.checked.globals[id.0].value;
+                self.in_function(arguments, scope, |evaluator, scope| evaluator.condition(body, scope))
+            }
+            TypedKind::Local(slot) => match scope.locals.get(*slot)? {
+                Local::Condition(condition) => {
+                    self.spend(typed, condition.size())?;
+                    Some(condition.clone())
+                }
+                _ => None,
+            },
+            _ => self.say_unfit(typed),
         }
     }
 
-    fn term(&mut self, typed: &Typed, wavelength: Option<f64>) -> Option<Term> {
-        if !needs_result(typed) {
-            let around = Surroundings { wavelength, siblings: None };
-            return Some(Term::Known(self.value(typed, around)?.as_quantity()?.value));
+    fn term(&mut self, typed: &Typed, scope: Scope<'_>) -> Option<Term> {
+        if !needs_result(typed, scope.locals) {
+            return Some(Term::Known(self.known(typed, scope)?.as_quantity()?.value));
         }
+        self.spend(typed, 1)?;
         match &typed.kind {
             TypedKind::Result(name) => Some(Term::Result(name.clone())),
-            TypedKind::Minus(inner) => Some(Term::Minus(Box::new(self.term(inner, wavelength)?))),
-            TypedKind::Call(function, arguments) => {
-                let terms: Vec<Option<Term>> = arguments.iter().map(|a| self.term(a, wavelength)).collect();
+            TypedKind::Minus(inner) => Some(Term::Minus(Box::new(self.term(inner, scope)?))),
+            TypedKind::Call(Callee::BuiltIn(function), arguments) => {
+                // The elements of a list are as good as arguments.
+                let arguments = match arguments.as_slice() {
+                    [Typed { kind: TypedKind::List(elements), .. }] => elements,
+                    arguments => arguments,
+                };
+                let terms: Vec<Option<Term>> = arguments.iter().map(|a| self.term(a, scope)).collect();
                 Some(Term::Call(*function, terms.into_iter().collect::<Option<Vec<Term>>>()?))
             }
+            TypedKind::Call(Callee::Written(id), arguments) => {
+                let body = &self.checked.globals[id.0].value;
+                self.in_function(arguments, scope, |evaluator, scope| evaluator.term(body, scope))
+            }
             TypedKind::Binary(operator, a, b) => {
-                let (a, b) = (self.term(a, wavelength), self.term(b, wavelength));
+                let (a, b) = (self.term(a, scope), self.term(b, scope));
                 Some(Term::Binary(*operator, Box::new(a?), Box::new(b?)))
             }
-            _ => None,
+            TypedKind::If { branches, otherwise } => {
+                let mut whole = self.term(otherwise, scope)?;
+                for (condition, value) in branches.iter().rev() {
+                    let (condition, value) = (self.condition(condition, scope)?, self.term(value, scope)?);
+                    whole = Term::If(Box::new(condition), Box::new(value), Box::new(whole));
+                }
+                Some(whole)
+            }
+            TypedKind::Local(slot) => match scope.locals.get(*slot)? {
+                Local::Term(term) => {
+                    self.spend(typed, term.size())?;
+                    Some(term.clone())
+                }
+                _ => None,
+            },
+            _ => self.say_unfit(typed),
         }
+    }
+
+    /// The body of a function whose arguments wait for results.
+    fn in_function<T>(
+        &mut self,
+        arguments: &[Typed],
+        scope: Scope<'_>,
+        body: impl FnOnce(&mut Self, Scope<'_>) -> Option<T>,
+    ) -> Option<T> {
+        let mut locals = Vec::with_capacity(arguments.len());
+        for argument in arguments {
+            locals.push(match needs_result(argument, scope.locals) {
+                false => Local::Known(self.known(argument, scope)?),
+                true if argument.ty == Type::Bool => Local::Condition(self.condition(argument, scope)?),
+                true => Local::Term(self.term(argument, scope)?),
+            });
+        }
+        let stand_in = |local: &Local| match local {
+            Local::Known(value) => value.clone(),
+            _ => Value { span: Span::new(crate::source::FileId(0), 0, 0), kind: ValueKind::None },
+        };
+        let values: Vec<Value> = locals.iter().map(stand_in).collect();
+        body(self, Scope { wavelength: None, locals: &locals, values: &values })
+    }
+
+    fn say_unfit<T>(&mut self, typed: &Typed) -> Option<T> {
+        let message =
+            "a result cannot be used in this way: a condition may compare it, calculate with it and choose by it";
+        self.say(Diagnostic::error(codes::E0217, typed.span, message).help("compare the result with a value"));
+        None
     }
 
     /// The first comparison's side that holds a result, in the first unit of its dimension that the other side writes.
-    fn shown_side(&mut self, typed: &Typed, wavelength: Option<f64>) -> Option<Shown> {
+    fn shown_side(&mut self, typed: &Typed, scope: Scope<'_>) -> Option<Shown> {
         match &typed.kind {
-            TypedKind::Not(inner) => self.shown_side(inner, wavelength),
+            TypedKind::Not(inner) => self.shown_side(inner, scope),
             TypedKind::Binary(BinaryOp::And | BinaryOp::Or, a, b) => {
-                self.shown_side(a, wavelength).or_else(|| self.shown_side(b, wavelength))
+                self.shown_side(a, scope).or_else(|| self.shown_side(b, scope))
             }
             TypedKind::Binary(_, a, b) => {
-                let (side, other) = if needs_result(a) { (a, b) } else { (b, a) };
+                let (side, other) = if needs_result(a, scope.locals) { (a, b) } else { (b, a) };
                 let dimension = side.ty.dimension()?;
+                let wavelength = scope.wavelength;
                 let unit = first_unit(other, dimension, wavelength).or_else(|| first_unit(side, dimension, wavelength));
-                Some(Shown { term: self.term(side, wavelength)?, dimension, unit })
+                Some(Shown { term: self.term(side, scope)?, dimension, unit })
             }
             _ => None,
         }
     }
 }
 
-fn needs_result(typed: &Typed) -> bool {
+/// Whether the expression holds a result, directly or in a local value.
+fn needs_result(typed: &Typed, locals: &[Local]) -> bool {
+    let needs = |typed: &Typed| needs_result(typed, locals);
     match &typed.kind {
         TypedKind::Result(_) => true,
-        TypedKind::Minus(inner) | TypedKind::Not(inner) => needs_result(inner),
-        TypedKind::Binary(_, a, b) => needs_result(a) || needs_result(b),
-        TypedKind::Call(_, arguments) => arguments.iter().any(needs_result),
+        TypedKind::Local(slot) => matches!(locals.get(*slot), Some(Local::Term(_) | Local::Condition(_))),
+        TypedKind::Minus(inner) | TypedKind::Not(inner) | TypedKind::Member(inner, _) => needs(inner),
+        TypedKind::Binary(_, a, b) | TypedKind::Range(a, b) => needs(a) || needs(b),
+        TypedKind::Call(_, inner) | TypedKind::List(inner) => inner.iter().any(needs),
+        TypedKind::If { branches, otherwise } => branches.iter().any(|(a, b)| needs(a) || needs(b)) || needs(otherwise),
+        TypedKind::Comprehension { element, over, .. } => needs(element) || needs(over),
+        TypedKind::Record(_, given) => given.iter().any(|field| needs(&field.value)),
+        TypedKind::With(base, given) => needs(base) || given.iter().any(|field| needs(&field.value)),
         _ => false,
     }
 }

@@ -16,6 +16,8 @@ pub struct Robot {
     /// Exactly six, from the base.
     pub joints: Vec<Joint>,
     pub payload: Mass,
+    /// Where it is unknown the load's inertia is not checked, and the result says so.
+    pub wrist_inertia: Option<WristInertia>,
     /// Distance that every joint keeps from both ends of its range.
     pub range_margin: Angle,
     /// Least |axis 5|.
@@ -25,6 +27,15 @@ pub struct Robot {
     /// Least distance of the wrist centre from axis 1.
     pub shoulder_margin: Length,
     pub cell: Option<RobotCell>,
+}
+
+/// Largest moments of inertia of all that hangs on the flange.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct WristInertia {
+    /// About axis 5, for the most unfavourable turn of axis 6.
+    pub axis_5: Inertia,
+    pub axis_6: Inertia,
 }
 
 #[allow(non_camel_case_types, reason = "family members are spelt as in the job")]
@@ -197,6 +208,8 @@ pub enum Level {
 #[serde(deny_unknown_fields)]
 pub struct DigitalOut {
     pub name: String,
+    /// For controllers that know signals by number.
+    pub number: Option<i64>,
     pub active: Level,
     /// Waited after switching on.
     pub settle: Time,
@@ -206,6 +219,8 @@ pub struct DigitalOut {
 #[serde(deny_unknown_fields)]
 pub struct DigitalIn {
     pub name: String,
+    /// For controllers that know signals by number.
+    pub number: Option<i64>,
     pub active: Level,
     pub wait_at_most: Time,
 }

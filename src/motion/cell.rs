@@ -3,7 +3,7 @@
 //! In: the job's robot. Out: [`Station`]: the arm with everything around it that a plan needs.
 
 use super::arm::{Arm, Joints, joint_field, six};
-use super::frames::FrameChain;
+use super::frames::{FrameChain, matrix};
 use crate::diagnostics::{Problem, codes};
 use crate::job;
 
@@ -42,6 +42,7 @@ impl Station {
         };
         check_load(&cell.tcp.load, robot.payload.0)?;
         let frames = FrameChain::new(cell)?;
+        check_inertia(robot, &cell.tcp.load, &frames)?;
         let bad = |field: &str, message: String| Err(Problem::error(codes::E0803, field, message));
         // All comparisons are written so that a number that is none is refused.
         for (field, value) in [
@@ -152,4 +153,92 @@ fn check_load(load: &job::Load, payload: f64) -> Result<(), Problem> {
         return Err(Problem::error(codes::E0802, "robot.cell.tcp.load.inertia", message));
     }
     Ok(())
+}
+
+/// What the wrist must turn, against what it can, where the maker's numbers are known: the moments of the load about axis
+/// 6, and about axis 5 for the most unfavourable turn of axis 6. Both axes pass through the wrist centre, which lies `c4`
+/// behind the flange; moments go there by the parallel axis theorem.
+fn check_inertia(robot: &job::Robot, load: &job::Load, frames: &FrameChain) -> Result<(), Problem> {
+    let Some(most) = &robot.wrist_inertia else { return Ok(()) };
+    let job::Arm::ortho_parallel(arm) = &robot.arm;
+    let mass = load.mass.0;
+    let [x, y, z] = [load.centre.x.0, load.centre.y.0, load.centre.z.0 + arm.c4.0];
+    let m = matrix(&frames.flange_tool.rotation);
+    let own = load.inertia.map_or([0.0; 3], |i| [i.x.0, i.y.0, i.z.0]);
+    // The load's own moments lie along the tool frame's axes; this is their tensor in the flange frame.
+    let tensor = |i: usize, j: usize| (0..3).map(|k| m[i][k] * own[k] * m[j][k]).fold(0.0, |sum, part| sum + part);
+    let about_z = tensor(2, 2) + mass * (x * x + y * y);
+    // The greatest moment about an axis across the flange's: the larger eigenvalue of that part of the tensor.
+    let (xx, yy, xy) =
+        (tensor(0, 0) + mass * (y * y + z * z), tensor(1, 1) + mass * (x * x + z * z), tensor(0, 1) - mass * x * y);
+    let across = 0.5 * (xx + yy) + libm::hypot(0.5 * (xx - yy), xy);
+    for (axis, found, most) in [(5, across, most.axis_5.0), (6, about_z, most.axis_6.0)] {
+        // Written so that a moment that is no number is refused.
+        let carried = found <= most;
+        if !carried {
+            let message = format!(
+                "the tool has a moment of inertia of {found:.3} kg*m^2 about axis {axis}, the robot's wrist turns {most:.3} kg*m^2"
+            );
+            return Err(Problem::error(codes::E0802, "robot.cell.tcp.load", message)
+                .help("check the load's mass, centre and inertia, and the robot's `wrist_inertia`"));
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::motion::Transform;
+    use crate::units::si::{Inertia, Length, Mass};
+
+    /// 10 kg, 30 mm beside axis 6 and 300 mm from the flange, which lies 200 mm from the wrist centre, with 0.1, 0.2 and
+    /// 0.3 kg m^2 of its own along a tool frame turned a quarter about y: the flange's z is the tool's -x. About axis 6:
+    /// 0.1 + 10 * 0.03^2 = 0.109. Across: about the flange's x 0.3 + 10 * 0.5^2 = 2.8, about y 0.2 + 10 (0.03^2 + 0.5^2) =
+    /// 2.709; the greater is 2.8.
+    #[test]
+    fn moments_about_the_wrist() {
+        let load = job::Load {
+            mass: Mass(10.0),
+            centre: job::Point { x: Length(0.03), y: Length(0.0), z: Length(0.3) },
+            inertia: Some(job::LoadInertia { x: Inertia(0.1), y: Inertia(0.2), z: Inertia(0.3) }),
+        };
+        let quarter = std::f64::consts::FRAC_1_SQRT_2;
+        let tool = super::super::frames::quaternion([quarter, 0.0, quarter, 0.0]);
+        let frames = FrameChain {
+            world_base: Transform::identity(),
+            world_user: Transform::identity(),
+            user_object: Transform::identity(),
+            flange_tool: Transform::from_parts(nalgebra::Translation3::identity(), tool),
+        };
+        let length = Length;
+        let robot = |axis_5: f64, axis_6: f64| job::Robot {
+            maker: "A".into(),
+            model: "B".into(),
+            arm: job::Arm::ortho_parallel(job::OrthoParallel {
+                a1: length(0.3),
+                a2: length(0.0),
+                b: length(0.0),
+                c1: length(0.7),
+                c2: length(1.0),
+                c3: length(1.0),
+                c4: length(0.2),
+                offsets: vec![],
+                signs: vec![],
+            }),
+            joints: vec![],
+            payload: Mass(100.0),
+            wrist_inertia: Some(job::WristInertia { axis_5: Inertia(axis_5), axis_6: Inertia(axis_6) }),
+            range_margin: crate::units::si::Angle(0.0),
+            wrist_margin: crate::units::si::Angle(0.0),
+            elbow_margin: 0.1,
+            shoulder_margin: length(0.1),
+            cell: None,
+        };
+        let said = |axis_5, axis_6| check_inertia(&robot(axis_5, axis_6), &load, &frames).err().map(|p| p.message);
+        assert_eq!(said(2.801, 0.1091), None);
+        assert!(said(2.799, 1.0).is_some_and(|said| said.contains("2.800 kg*m^2 about axis 5")));
+        assert!(said(3.0, 0.1089).is_some_and(|said| said.contains("0.109 kg*m^2 about axis 6")));
+        assert_eq!(check_inertia(&job::Robot { wrist_inertia: None, ..robot(0.0, 0.0) }, &load, &frames), Ok(()));
+    }
 }

@@ -25,7 +25,7 @@ pub use arm::{Arm, Branch, Joints, Solution};
 pub use frames::{FrameChain, Transform};
 pub use plan::plan;
 
-use crate::dwell::TimedPath;
+use crate::dwell::{SpeedSteps, TimedPath};
 
 /// A proof that the checks of motion were passed. Only this module can make one.
 #[derive(Clone, Debug)]
@@ -61,10 +61,26 @@ pub struct Request {
     /// The path's acceleration, m/s², for the estimate of time.
     pub acceleration: f64,
     pub purpose: Purpose,
-    /// Most points of one run: what a program module holds.
-    pub points_per_run: usize,
-    /// The speed step of the target, m/s; speeds that are cut to the travel speed stay whole multiples of it.
-    pub speed_step: f64,
+    /// What one run may hold: one file of the program.
+    pub room: Room,
+    /// The speeds that the target can write; those that are cut to the travel speed stay of them.
+    pub speed_steps: SpeedSteps,
+}
+
+/// What one file of a program holds, in a measure of its own (points, lines of text), and what a point and a line of the
+/// path take of it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Room {
+    pub total: usize,
+    pub point: usize,
+    pub line: usize,
+}
+
+impl Room {
+    /// Room for so many points, however many lines they make.
+    pub const fn points(total: usize) -> Room {
+        Room { total, point: 1, line: 0 }
+    }
 }
 
 /// How the tool gets to a run's approach pose: from home before the first run, from the run before otherwise.
@@ -77,7 +93,7 @@ pub enum Travel {
 }
 
 /// One run: approach above the first point, down, lines without lifting, up to the retract point. A run ends where the
-/// path lifts, and where the next line would make it longer than [`Request::points_per_run`]; a program module
+/// path lifts, and where the next line would make it longer than [`Request::room`]; a file of the program
 /// holds one run or several consecutive ones.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Run {

@@ -35,7 +35,7 @@ const FARTHEST: f64 = 1e3;
 pub fn plan(timed: TimedPath, robot: &job::Robot, request: &Request) -> Result<Checked<Motion>, Problem> {
     let station = Station::new(robot)?;
     check_path(&timed, request)?;
-    let spans = split(&timed.path.lines, request.points_per_run)?;
+    let spans = split(&timed.path.lines, request.room)?;
     let timed = slowed(timed, &spans, &station, request)?;
     let lift = match request.purpose {
         Purpose::Polish => 0.0,
@@ -123,17 +123,16 @@ fn check_path(timed: &TimedPath, request: &Request) -> Result<(), Problem> {
     Ok(())
 }
 
-/// The speeds as they are driven: at most the travel speed, in whole steps of the target, on the way down to the first
+/// The speeds as they are driven: at most the travel speed, as the target can write it, on the way down to the first
 /// point of a run; in a dry run everywhere.
 fn slowed(mut timed: TimedPath, spans: &[Span], station: &Station, request: &Request) -> Result<TimedPath, Problem> {
-    let step = request.speed_step;
-    // A millionth of a step more than whole steps is the rounding of the division.
-    let most = (station.travel_speed / step + 1e-6).floor() * step;
+    let steps = request.speed_steps;
+    let most = steps.down(station.travel_speed);
     if !(most > 0.0 && most.is_finite()) {
         let message = format!(
             "the travel speed of {:.6} mm/s is less than the smallest speed that the target writes, {:.6} mm/s",
             station.travel_speed * 1e3,
-            step * 1e3
+            steps.step(station.travel_speed) * 1e3
         );
         return Err(Problem::error(codes::E0803, "robot.cell.travel.speed", message));
     }

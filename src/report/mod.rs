@@ -37,7 +37,7 @@ pub struct JobResult {
     pub inputs: Vec<Input>,
     pub requirements: Vec<RequirementResult>,
     pub warnings: Vec<String>,
-    /// What the compiler does not check, as the job lists it.
+    /// What the compiler does not check: what the job lists, and what the robot leaves unknown.
     pub unchecked: Vec<&'static str>,
     /// Repeated in every report: no controller has run this program for us.
     pub note: &'static str,

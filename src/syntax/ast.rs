@@ -8,6 +8,18 @@ pub struct Ast {
     /// `language N`, if it was read.
     pub language: Option<(u32, Span)>,
     pub items: Vec<Item>,
+    /// `allow CODE because "…"`, wherever they stand, in order of place.
+    pub allows: Vec<Allow>,
+}
+
+/// `allow W0401 because "the fluid is thick"`: silences a warning in the entry or item after it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Allow {
+    pub code: Name,
+    pub reason: String,
+    /// The entry or item after it.
+    pub target: Span,
+    pub span: Span,
 }
 
 /// A word with its place.
@@ -32,8 +44,12 @@ pub enum ItemKind {
     Use(UsePath),
     /// `let name: Type = value`.
     Let { name: Name, ty: Option<Type>, value: Expr },
-    /// `param name: Type = value where …`; without `= value` it must be given by `--set`.
-    Param { name: Name, ty: Type, value: Option<Expr>, restriction: Option<Restriction> },
+    /// `param name: Type = value where … usual …`; without `= value` it must be given by `--set`.
+    Param { name: Name, ty: Type, value: Option<Expr>, restriction: Option<Restriction>, usual: Option<Expr> },
+    /// `fn area(d: Length) -> Area = pi / 4 * d^2`. Only stdlib may leave out the body: the compiler has it.
+    Function { name: Name, parameters: Vec<Parameter>, result: Type, body: Option<Expr> },
+    /// `assert tcp.z > 400 mm because "the guard stands there"`.
+    Assert { condition: Expr, reason: String },
     /// `family Path`.
     Family { name: Name },
     /// `schema raster : Path { … }`.
@@ -44,6 +60,13 @@ pub enum ItemKind {
     Dimension { name: Name, value: Option<Type> },
     /// `unit mm = 0.001 m` or, for a dimension's SI unit, `unit m: Length`. Only stdlib may say it.
     Unit { name: Name, ty: Option<Type>, value: Option<Expr> },
+}
+
+/// `d: Length` of a function.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Parameter {
+    pub name: Name,
+    pub ty: Type,
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -59,8 +82,14 @@ pub struct Schema {
     pub name: Name,
     pub family: Option<Name>,
     pub fields: Vec<SchemaField>,
-    /// `check inner_diameter < outer_diameter`.
-    pub checks: Vec<Expr>,
+    pub checks: Vec<Check>,
+}
+
+/// `check inner_diameter < outer_diameter because "a ring has a hole"`; the reason may be left out.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Check {
+    pub condition: Expr,
+    pub reason: Option<String>,
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -161,6 +190,18 @@ pub enum ExprKind {
     With(Box<Expr>, Block),
     /// `[a, b]`, and `[1600, 0, 700] mm` with the unit after it.
     List(Vec<Expr>, Option<Unit>),
+    /// `[45 deg * i for i in 0 .. 3]`, and `[45 * i for i in 0 .. 3] deg`.
+    Comprehension {
+        element: Box<Expr>,
+        variable: Name,
+        over: Box<Expr>,
+        unit: Option<Unit>,
+    },
+    /// `if a then b else if c then d else e`: the conditions with their values, and the last value.
+    If {
+        branches: Vec<(Expr, Expr)>,
+        otherwise: Box<Expr>,
+    },
     Range(Box<Expr>, Box<Expr>),
     Unary(UnaryOp, Box<Expr>),
     Binary(BinaryOp, Span, Box<Expr>, Box<Expr>),

@@ -147,18 +147,23 @@ fn damage_last(groups: &mut [Group]) {
     }
 }
 
-/// Whether the lexeme is an item's first word at the left edge.
+/// Whether the lexeme is an item's first word at the left edge. `allow` also stands inside records, so it begins nothing.
 fn begins_item(text: &str, lexemes: &[Lexeme], at: usize) -> bool {
     let lexeme = &lexemes[at];
-    lexeme.begins_line
-        && lexeme.indent == 0
-        && is_item_word(&text[lexeme.start as usize..lexeme.end as usize])
-        && lexemes.get(at + 1).is_some_and(|next| {
-            next.line == lexeme.line && matches!(next.kind, LexemeKind::Word | LexemeKind::Text | LexemeKind::Number)
-        })
+    let word = &text[lexeme.start as usize..lexeme.end as usize];
+    if !lexeme.begins_line || lexeme.indent > 0 || !is_item_word(word) || word == "allow" {
+        return false;
+    }
+    let next = lexemes.get(at + 1).filter(|next| next.line == lexeme.line).map(|next| next.kind);
+    match next {
+        Some(LexemeKind::Word | LexemeKind::Text | LexemeKind::Number) => true,
+        // A condition may begin in many ways.
+        Some(kind) => word == "assert" && kind != LexemeKind::Colon,
+        None => false,
+    }
 }
 
-/// The words that begin an item, those that language 1 does not have yet among them.
+/// The words that begin an item or, `allow`, stand before one.
 pub fn is_item_word(word: &str) -> bool {
     const ITEMS: [&str; 13] = [
         "language",

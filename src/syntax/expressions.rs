@@ -53,8 +53,27 @@ const MINUS: u8 = 8;
 impl Reader<'_> {
     /// The tree of an `expression` or `arithmetic` of the grammar.
     pub(super) fn expression(&mut self, written: &Written, pair: Pair<'_, Rule>) -> Expr {
+        let whole = span(written, &pair);
         let mut row = pair.into_inner().peekable();
+        if row.peek().is_some_and(|first| first.as_rule() == Rule::if_word) {
+            return Expr { span: whole, kind: self.conditional(written, row) };
+        }
         self.climb(written, &mut row, 0).expr
+    }
+
+    /// `if a then b else if c then d else e`, its chain in a loop: it may be long.
+    fn conditional(&mut self, written: &Written, row: Peekable<Pairs<'_, Rule>>) -> ExprKind {
+        let mut values: Vec<Expr> = Vec::new();
+        for part in row.filter(|part| part.as_rule() == Rule::branch) {
+            values.push(self.expression(written, part));
+        }
+        let Some(otherwise) = values.pop() else { return ExprKind::Missing };
+        let mut branches = Vec::with_capacity(values.len() / 2);
+        let mut values = values.into_iter();
+        while let (Some(condition), Some(value)) = (values.next(), values.next()) {
+            branches.push((condition, value));
+        }
+        ExprKind::If { branches, otherwise: Box::new(otherwise) }
     }
 
     /// Reads operators that bind at least as tight as `level`.
@@ -157,16 +176,17 @@ impl Reader<'_> {
                 None => ExprKind::Missing,
             },
             Rule::list_value => {
-                let (mut elements, mut unit) = (Vec::new(), None);
+                let (mut group, mut unit) = (None, None);
                 for part in pair.into_inner() {
                     match part.as_rule() {
-                        Rule::list => {
-                            elements = group_of(written, &part).map(|g| self.elements(g)).unwrap_or_default();
-                        }
+                        Rule::list => group = group_of(written, &part),
                         _ => unit = Some(self.unit(written, part)),
                     }
                 }
-                ExprKind::List(elements, unit)
+                match group {
+                    Some(group) => self.list(group, unit),
+                    None => ExprKind::Missing,
+                }
             }
             Rule::parenthesised => match pair.into_inner().find(|p| p.as_rule() == Rule::expression) {
                 Some(inner) => self.expression(written, inner).kind,

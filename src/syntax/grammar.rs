@@ -55,13 +55,13 @@ fn plain_words(rule: Rule) -> Option<&'static str> {
         R::expression | R::arithmetic | R::literal | R::number | R::text | R::list_value | R::list | R::named => {
             "a value"
         }
-        R::parenthesised | R::minus | R::not | R::interval => "a value",
+        R::parenthesised | R::minus | R::not | R::interval | R::branch => "a value",
         R::or | R::and | R::comparison | R::range | R::add | R::subtract | R::multiply | R::divide | R::power => {
             "an operator"
         }
         R::bounds => "a comparison or a range",
         R::EOI => "the end of the entry",
-        R::name | R::family_name | R::symbol | R::field_name | R::path_word => "a name",
+        R::name | R::family_name | R::symbol | R::field_name | R::path_word | R::parameter => "a name",
         R::count | R::exponent_number | R::type_exponent => "a whole number",
         R::unit | R::unit_factor | R::unit_word => "a unit",
         R::unit_power => "a power",
@@ -71,21 +71,39 @@ fn plain_words(rule: Rule) -> Option<&'static str> {
         R::close => "`)`",
         R::colon => "`:`",
         R::equals => "`=`",
+        R::arrow => "`->`",
         R::comma => "`,`",
         R::bar => "`|`",
         R::where_word | R::where_clause => "`where`",
         R::usual_word | R::usual_clause => "`usual`",
         R::check_word | R::check_line => "`check`",
+        R::then_word => "`then`",
+        R::else_word => "`else`",
+        R::in_word => "`in`",
+        R::because_word | R::reason => "`because`",
+        R::code => "the code of a warning",
         R::field | R::schema_field => "a field",
         R::module_path => "a name or a file",
         R::language_word | R::language_line => "`language`",
         R::use_word | R::use_item | R::let_word | R::let_item | R::param_word | R::param_item => "an item",
         R::family_word | R::family_item | R::schema_word | R::schema_item | R::job_word | R::job_item => "an item",
         R::dimension_word | R::dimension_item | R::unit_item_word | R::unit_item | R::public => "an item",
+        R::fn_word | R::fn_item | R::assert_word | R::assert_item | R::allow_word => "an item",
+        R::if_word | R::for_word | R::for_clause => return None,
         R::member | R::dot | R::call | R::with | R::with_word | R::optional | R::semicolon | R::per => return None,
         R::WHITESPACE | R::word | R::word_char | R::plain_word | R::keyword => return None,
-        R::start_item | R::start_entry | R::start_schema | R::start_element | R::start_type => return None,
-        R::item | R::term | R::arithmetic_term | R::operand | R::postfix | R::infix | R::arithmetic_infix => {
+        R::start_item | R::start_entry | R::start_schema | R::start_element | R::start_type | R::start_allow => {
+            return None;
+        }
+        R::item
+        | R::row
+        | R::conditional
+        | R::term
+        | R::arithmetic_term
+        | R::operand
+        | R::postfix
+        | R::infix
+        | R::arithmetic_infix => {
             return None;
         }
         R::type_atom => return None,

@@ -1,6 +1,9 @@
 //! Items, records and schemas: from the entries of a group to the tree.
 
-use super::ast::{Ast, Block, Entry, EntryKind, Expr, ExprKind, Item, ItemKind, Name, Schema, SchemaField, UsePath};
+use super::allowed::Waiting;
+use super::ast::{
+    Ast, Block, Check, Entry, EntryKind, Expr, ExprKind, Item, ItemKind, Name, Parameter, Schema, SchemaField, UsePath,
+};
 use super::entries::{Part, RawEntry, is_item_word};
 use super::grammar::Rule;
 use super::lexemes::{Bracket, LexemeKind, unescape};
@@ -23,7 +26,7 @@ pub enum Context {
 #[derive(Default)]
 struct SchemaBody {
     fields: Vec<SchemaField>,
-    checks: Vec<Expr>,
+    checks: Vec<Check>,
 }
 
 impl<'a> Reader<'a> {
@@ -37,7 +40,14 @@ impl<'a> Reader<'a> {
             self.say_no_language(first);
         }
         let mut outside = false;
+        let mut waiting = Waiting::default();
         for (i, entry) in whole.entries.iter().enumerate() {
+            if self.allow_line(entry, &mut waiting) {
+                outside = false;
+                continue;
+            }
+            let target = self.entry_span(entry);
+            self.allow_in(&mut waiting, target);
             let public = self.first_word(entry) == Some("pub");
             let item = self.word_at(entry, usize::from(public)).filter(|word| is_item_word(word));
             match item {
@@ -64,18 +74,18 @@ impl<'a> Reader<'a> {
                         .help("delete this line"),
                     );
                 }
-                Some(word @ ("fn" | "allow" | "assert")) => {
-                    outside = false;
-                    self.say_not_yet(entry, usize::from(public), word);
-                }
                 Some(word) => {
                     outside = false;
                     self.item(entry, word, public, &mut ast);
                 }
             }
         }
+        self.nothing_to_allow(waiting);
+        ast.allows = std::mem::take(&mut self.allows);
+        ast.allows.sort_by_key(|allow| allow.span);
         if ast.language.is_some_and(|(version, _)| version != LANGUAGE) {
             ast.items.clear();
+            ast.allows.clear();
         }
         ast
     }
@@ -103,11 +113,6 @@ impl<'a> Reader<'a> {
     fn item(&mut self, entry: &RawEntry, word: &str, public: bool, ast: &mut Ast) {
         let doc = self.entry_doc(entry);
         let span = self.entry_span(entry);
-        // The word after the item's own is its name; a reserved word there is no beginning of an expression.
-        if self.says_not_yet(entry, 2 + usize::from(public)) {
-            ast.items.extend(self.salvage_item(entry, word).map(|kind| Item { doc, public, span, kind }));
-            return;
-        }
         let mut said = Vec::new();
         let written = self.writer.write(entry, false, &mut said);
         self.diagnostics.append(&mut said);
@@ -159,16 +164,38 @@ impl<'a> Reader<'a> {
                 ItemKind::Let { name: name(written, &next?), ty, value: value? }
             }
             Rule::param_item => {
-                let (mut ty, mut value, mut restriction) = (None, None, None);
+                let (mut ty, mut value, mut restriction, mut usual) = (None, None, None, None);
                 for part in parts {
                     match part.as_rule() {
                         Rule::type_whole => ty = Some(self.type_whole(written, part)),
                         Rule::expression => value = Some(self.expression(written, part)),
                         Rule::where_clause => restriction = self.restriction(written, part),
+                        Rule::usual_clause => usual = self.usual(written, part),
                         _ => {}
                     }
                 }
-                ItemKind::Param { name: name(written, &next?), ty: ty?, value, restriction }
+                ItemKind::Param { name: name(written, &next?), ty: ty?, value, restriction, usual }
+            }
+            Rule::fn_item => {
+                let (mut parameters, mut result, mut body) = (Vec::new(), None, None);
+                for part in parts {
+                    match part.as_rule() {
+                        Rule::parameter => parameters.extend(self.parameter(written, part)),
+                        Rule::type_whole => result = Some(self.type_whole(written, part)),
+                        Rule::expression => body = Some(self.expression(written, part)),
+                        _ => {}
+                    }
+                }
+                ItemKind::Function { name: name(written, &next?), parameters, result: result?, body }
+            }
+            Rule::assert_item => {
+                let condition = self.expression(written, next?);
+                let reason = parts.next().and_then(|part| self.reason(written, part));
+                if reason.is_none() {
+                    let help = "write what it means for the shop: `assert … because \"…\"`";
+                    self.say(Diagnostic::error(codes::E0124, keyword, "this `assert` gives no reason").help(help));
+                }
+                ItemKind::Assert { condition, reason: reason.unwrap_or_default() }
             }
             Rule::family_item => ItemKind::Family { name: name(written, &next?) },
             Rule::dimension_item => {
@@ -207,6 +234,26 @@ impl<'a> Reader<'a> {
         })
     }
 
+    fn parameter(&mut self, written: &Written, pair: Pair<'_, Rule>) -> Option<Parameter> {
+        let (mut called, mut ty) = (None, None);
+        for part in pair.into_inner() {
+            match part.as_rule() {
+                Rule::name => called = Some(name(written, &part)),
+                Rule::type_whole => ty = Some(self.type_whole(written, part)),
+                _ => {}
+            }
+        }
+        Some(Parameter { name: called?, ty: ty? })
+    }
+
+    /// `because "…"`; nothing if the text says nothing.
+    pub(super) fn reason(&mut self, written: &Written, pair: Pair<'_, Rule>) -> Option<String> {
+        let text = pair.into_inner().nth(1)?;
+        let lost = self.is_lost(written.part_at(text.as_span().start()));
+        let reason = unescape(text.as_str());
+        (lost || !reason.trim().is_empty()).then_some(reason)
+    }
+
     fn nameless(&mut self, keyword: Span, what: &str) -> Name {
         let gap = Span { start: keyword.end, ..keyword };
         self.say(
@@ -237,7 +284,7 @@ impl<'a> Reader<'a> {
             Name { text: text.to_string(), span: Span { file: self.writer.file, start, end } }
         })?;
         match word {
-            "let" | "param" => {
+            "let" | "param" | "fn" => {
                 let span = Span { start: called.span.end, ..called.span };
                 self.visit(entry, Context::Record);
                 Some(ItemKind::Let { name: called, ty: None, value: Expr { span, kind: ExprKind::Missing } })
@@ -271,7 +318,17 @@ impl<'a> Reader<'a> {
         let groups = self.writer.groups;
         let group = &groups[group];
         let span = Span { file: self.writer.file, start: group.start, end: group.end };
-        let entries = group.entries.iter().filter_map(|entry| self.entry(entry)).collect();
+        let mut entries = Vec::with_capacity(group.entries.len());
+        let mut waiting = Waiting::default();
+        for entry in &group.entries {
+            if self.allow_line(entry, &mut waiting) {
+                continue;
+            }
+            let target = self.entry_span(entry);
+            self.allow_in(&mut waiting, target);
+            entries.extend(self.entry(entry));
+        }
+        self.nothing_to_allow(waiting);
         Block { entries, span }
     }
 
@@ -280,9 +337,6 @@ impl<'a> Reader<'a> {
         let whole = self.entry_span(entry);
         if self.misplaced_item(entry) {
             return None;
-        }
-        if self.says_not_yet(entry, 0) {
-            return self.salvage_field(entry).map(|kind| Entry { doc, span: whole, kind });
         }
         let mut said = Vec::new();
         let written = self.writer.write(entry, true, &mut said);
@@ -371,7 +425,7 @@ impl<'a> Reader<'a> {
                 (Bracket::Curly, _) => drop(self.block(g)),
                 // In a schema the list is a type, whose mistakes the type's reader would tell.
                 (_, Context::Schema) => {}
-                (_, _) => drop(self.elements(g)),
+                (_, _) => drop(self.list(g, None)),
             }
         }
     }
@@ -382,7 +436,7 @@ impl<'a> Reader<'a> {
         for entry in &groups[group].entries {
             let doc = self.entry_doc(entry);
             let whole = self.entry_span(entry);
-            if self.misplaced_item(entry) || self.says_not_yet(entry, 0) {
+            if self.misplaced_item(entry) {
                 continue;
             }
             let mut said = Vec::new();
@@ -392,8 +446,15 @@ impl<'a> Reader<'a> {
             let read = self.run(entry, &written, Rule::start_schema, |reader, mut pairs| {
                 let pair = pairs.next()?;
                 if pair.as_rule() == Rule::check_line {
-                    let check = pair.into_inner().find(|p| p.as_rule() == Rule::expression);
-                    body.checks.extend(check.map(|p| reader.expression(&written, p)));
+                    let (mut condition, mut reason) = (None, None);
+                    for part in pair.into_inner() {
+                        match part.as_rule() {
+                            Rule::expression => condition = Some(reader.expression(&written, part)),
+                            Rule::reason => reason = reader.reason(&written, part),
+                            _ => {}
+                        }
+                    }
+                    body.checks.extend(condition.map(|condition| Check { condition, reason }));
                 } else {
                     body.fields.extend(reader.schema_field(&written, pair, doc, whole));
                 }
@@ -421,37 +482,15 @@ impl<'a> Reader<'a> {
                 Rule::type_whole => ty = Some(self.type_whole(written, part)),
                 Rule::expression => default = Some(self.expression(written, part)),
                 Rule::where_clause => restriction = self.restriction(written, part),
-                Rule::usual_clause => usual = part.into_inner().nth(1).map(|p| self.interval(written, p)),
+                Rule::usual_clause => usual = self.usual(written, part),
                 _ => {}
             }
         }
         Some(SchemaField { doc, name: called, ty: ty?, default, restriction, usual, span: whole })
     }
 
-    /// The elements of `[ … ]` as values.
-    pub(super) fn elements(&mut self, group: usize) -> Vec<Expr> {
-        let groups = self.writer.groups;
-        let mut elements = Vec::with_capacity(groups[group].entries.len());
-        for entry in &groups[group].entries {
-            let span = self.entry_span(entry);
-            self.entry_doc(entry);
-            let missing = Expr { span, kind: ExprKind::Missing };
-            if self.says_not_yet(entry, 0) {
-                elements.push(missing);
-                continue;
-            }
-            let mut said = Vec::new();
-            let written = self.writer.write(entry, false, &mut said);
-            self.diagnostics.append(&mut said);
-            let read = self.run(entry, &written, Rule::start_element, |reader, mut pairs| {
-                Some(reader.expression(&written, pairs.next()?))
-            });
-            if read.is_err() {
-                self.visit(entry, Context::List);
-            }
-            elements.push(read.ok().flatten().unwrap_or(missing));
-        }
-        elements
+    fn usual(&mut self, written: &Written, pair: Pair<'_, Rule>) -> Option<Expr> {
+        pair.into_inner().nth(1).map(|interval| self.interval(written, interval))
     }
 
     /// `let x = 3` within a record.
@@ -460,17 +499,16 @@ impl<'a> Reader<'a> {
         if !matches!(self.writer.kind(entry.parts.get(1)), Some(LexemeKind::Word | LexemeKind::Text)) {
             return false;
         }
-        if matches!(word, "fn" | "allow" | "assert") {
-            self.say_not_yet(entry, 0, word);
-            return true;
-        }
         let (start, end) = self.writer.range(entry.parts[0]);
         let place = Span { file: self.writer.file, start, end };
         if !entry.damaged {
             self.say(
                 Diagnostic::error(codes::E0123, place, format!("`{word}` stands inside a record"))
                     .note("items stand at the top level of a file, fields `name: value` in a record")
-                    .help("move it out, or write a `:` if it is meant as a field"),
+                    .help(match word {
+                        "assert" => "move it out; inside a schema write `check`, inside a job `require`",
+                        _ => "move it out, or write a `:` if it is meant as a field",
+                    }),
             );
         }
         self.use_docs_within(entry);
@@ -487,7 +525,7 @@ impl<'a> Reader<'a> {
             true => format!("the field `{}` stands outside any item", self.short(part)),
             false => format!("`{}` begins no item", self.short(part)),
         };
-        let items = "items begin with `use`, `let`, `param`, `family`, `schema` or `job`";
+        let items = "items begin with `use`, `let`, `param`, `fn`, `assert`, `family`, `schema` or `job`";
         let diagnostic = Diagnostic::error(codes::E0123, place, message).note(items);
         let headless = matches!(entry.parts.as_slice(), [Part::Lexeme(_), Part::Group(_)]);
         self.say(if field {
@@ -501,43 +539,12 @@ impl<'a> Reader<'a> {
         });
     }
 
-    /// Whether a word from part `from` on belongs to a part of the language that is yet to come; says so.
-    fn says_not_yet(&mut self, entry: &RawEntry, from: usize) -> bool {
-        let found = entry.parts.iter().enumerate().skip(from).find_map(|(i, part)| {
-            let word = self.writer.slice(*part);
-            let later = matches!(word, "if" | "then" | "else" | "for" | "in" | "because");
-            (later && self.writer.kind(Some(part)) == Some(LexemeKind::Keyword)).then_some((i, word))
-        });
-        let Some((at, word)) = found else { return false };
-        self.say_not_yet(entry, at, word);
-        true
-    }
-
-    fn say_not_yet(&mut self, entry: &RawEntry, at: usize, word: &str) {
-        self.use_docs_within(entry);
-        if entry.damaged {
-            return;
-        }
-        let Some(&part) = entry.parts.get(at) else { return };
-        let (start, end) = self.writer.range(part);
-        let place = Span { file: self.writer.file, start, end };
-        let (what, help) = match word {
-            "if" | "then" | "else" => ("`if … then … else …`", "write the value that is meant"),
-            "for" | "in" => ("a list with `for`", "write the elements one by one"),
-            "fn" => ("`fn`", "write the value with `let`"),
-            "assert" => ("`assert`", "state limits with `where` and `check` in a schema, or with `require` in a job"),
-            _ => ("`allow … because`", "delete it; the warning stays a warning"),
-        };
-        self.diagnostics
-            .push(Diagnostic::error(codes::E0117, place, format!("{what} is not part of language 1 yet")).help(help));
-    }
-
     fn first_word(&self, entry: &RawEntry) -> Option<&'a str> {
         self.word_at(entry, 0)
     }
 
     /// The word at a place of the entry, unless a `:` makes it the name of a field.
-    fn word_at(&self, entry: &RawEntry, at: usize) -> Option<&'a str> {
+    pub(super) fn word_at(&self, entry: &RawEntry, at: usize) -> Option<&'a str> {
         let part = entry.parts.get(at)?;
         let word = self.writer.kind(Some(part)) == Some(LexemeKind::Word);
         let field = at == 0 && self.writer.kind(entry.parts.get(1)) == Some(LexemeKind::Colon);

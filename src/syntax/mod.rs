@@ -3,9 +3,10 @@
 //! In: the text of one file. Out: its [`Ast`] and what is wrong with it. The way there, each step a file:
 //! [`tokens`] cuts the text up, [`lexemes`] drops the blanks, [`entries`] matches brackets and cuts entries,
 //! [`written`] puts one entry into the form of the [`grammar`] (`grammar/polish.pest`), and the readers
-//! (`items`, `types`, `expressions`) make the tree of what the grammar found. What an entry is and how the parser
+//! (`items`, `types`, `expressions`, `lists`, `allowed`) make the tree of what the grammar found. What an entry is and how the parser
 //! recovers from mistakes is told in `grammar/README.md`.
 
+mod allowed;
 pub mod ast;
 mod entries;
 mod expressions;
@@ -14,6 +15,7 @@ pub mod format;
 mod grammar;
 mod items;
 mod lexemes;
+mod lists;
 pub mod tokens;
 mod types;
 mod written;
@@ -25,7 +27,7 @@ mod tests;
 
 use crate::diagnostics::{Diagnostic, codes};
 use crate::source::{FileId, Span};
-use ast::Ast;
+use ast::{Allow, Ast};
 use entries::{Entries, Part, RawEntry};
 use grammar::{Rule, Stopped};
 use lexemes::{Bracket, Lexeme, LexemeKind};
@@ -48,8 +50,15 @@ pub fn parse(file: FileId, text: &str) -> (Ast, Vec<Diagnostic>) {
     let lexed = lexemes::lexemes(file, text, &tokens, &mut diagnostics);
     let Entries { groups } = entries::entries(file, text, &lexed, &mut diagnostics);
     let writer = Writer { file, text, lexemes: &lexed.lexemes, groups: &groups };
-    let mut reader =
-        Reader { writer, docs: &lexed.docs, used_docs: vec![false; lexed.lexemes.len()], diagnostics, quiet: false };
+    let mut reader = Reader {
+        writer,
+        docs: &lexed.docs,
+        used_docs: vec![false; lexed.lexemes.len()],
+        carried_doc: String::new(),
+        allows: Vec::new(),
+        diagnostics,
+        quiet: false,
+    };
     let ast = reader.file();
     let unsupported = reader.diagnostics.iter().any(|d| d.code == codes::E0109);
     if unsupported {
@@ -84,6 +93,9 @@ struct Reader<'a> {
     docs: &'a [Token],
     /// Whether the doc comment before each lexeme belongs to something.
     used_docs: Vec<bool>,
+    /// The doc comment before an `allow` line: it belongs to the entry after that.
+    carried_doc: String,
+    allows: Vec<Allow>,
     diagnostics: Vec<Diagnostic>,
     /// The entry being read was reported already.
     quiet: bool,
@@ -151,6 +163,12 @@ impl<'a> Reader<'a> {
         {
             diagnostic = diagnostic.note(format!("`{}` is a reserved word", self.writer.slice(part)));
         }
+        if stopped.expected.contains("`else`") {
+            diagnostic = diagnostic.note("every `if` needs an `else`: it stands for a value in both cases");
+        }
+        if part.is_some_and(|part| self.writer.slice(part) == "if") {
+            diagnostic = diagnostic.help("inside an expression an `if` stands in parentheses: `(if … then … else …)`");
+        }
         if stopped.expected.contains("the end of the entry") {
             diagnostic = diagnostic.note("an entry ends at the end of its line or at a comma");
         }
@@ -176,10 +194,12 @@ impl<'a> Reader<'a> {
 
     /// The doc comment before the entry.
     fn entry_doc(&mut self, entry: &RawEntry) -> String {
-        match entry.parts.first() {
+        let own = match entry.parts.first() {
             Some(&part) => self.doc_at(self.writer.range(part).0),
             None => String::new(),
-        }
+        };
+        let carried = std::mem::take(&mut self.carried_doc);
+        if carried.is_empty() || own.is_empty() { carried + &own } else { carried + "\n" + &own }
     }
 
     /// The doc comment before the lexeme at byte `start`, its lines joined by newlines.

@@ -3,13 +3,19 @@
 //! In: `Checked<Motion>` and the job. Out: a [`Draft`], text that nobody may write to disk: only `verify` turns it into
 //! a `Verified<Program>`.
 
+mod digest;
+pub mod facts;
+mod identifier;
+pub mod krl;
 pub mod number;
 pub mod rapid;
+mod text;
 
 use crate::diagnostics::Problem;
 use crate::diagnostics::codes::E0905;
+use crate::dwell::{SegmentTimes, SpeedSteps};
 use crate::job::{Job, Target};
-use crate::motion::{Checked, Motion};
+use crate::motion::{Checked, Motion, Room};
 
 /// One file of a program.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -31,10 +37,49 @@ pub struct Program {
 #[derive(Clone, Debug)]
 pub struct Draft<T>(pub T);
 
-/// How many points one module is sure to hold, whatever their numbers: motion ends its runs there.
-pub fn points_per_module(target: &Target) -> usize {
+/// What the passes before the text must know of a target.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Limits {
+    /// Most points of a job.
+    pub most_points: u64,
+    /// What one file is sure to hold, whatever its numbers: motion ends its runs there.
+    pub room: Room,
+    /// The speeds that can be written.
+    pub speed_steps: SpeedSteps,
+    pub segment_times: SegmentTimes,
+}
+
+/// The limits of a target.
+pub fn limits(target: &Target) -> Limits {
+    let count = |value: i64| u64::try_from(value).unwrap_or(0);
     match target {
-        Target::rapid(rapid) => rapid::points_per_module(rapid),
+        Target::rapid(rapid) => {
+            let controller = &rapid.controller;
+            Limits {
+                most_points: count(controller.most_points),
+                room: Room::points(rapid::points_per_module(rapid)),
+                // The last decimal of a speed in mm/s.
+                speed_steps: SpeedSteps::Fixed(1e-3 / libm::pow(10.0, controller.speed_decimals as f64)),
+                segment_times: SegmentTimes {
+                    controller: controller.name.clone(),
+                    least: controller.segment_time_least.0,
+                    usual: controller.segment_time_usual.0,
+                },
+            }
+        }
+        Target::krl(krl) => {
+            let controller = &krl.controller;
+            Limits {
+                most_points: count(controller.most_points),
+                room: krl::room(krl),
+                speed_steps: SpeedSteps::Digits(usize::try_from(controller.speed_digits).unwrap_or(0)),
+                segment_times: SegmentTimes {
+                    controller: controller.name.clone(),
+                    least: controller.segment_time_least.0,
+                    usual: controller.segment_time_usual.0,
+                },
+            }
+        }
     }
 }
 
@@ -43,6 +88,7 @@ pub fn points_per_module(target: &Target) -> usize {
 pub fn emit(name: &str, motion: &Checked<Motion>, job: &Job) -> Result<Draft<Program>, Vec<Problem>> {
     match &job.target {
         Some(Target::rapid(_)) => rapid::emit(name, motion, job),
+        Some(Target::krl(_)) => krl::emit(name, motion, job),
         None => Err(vec![no_target()]),
     }
 }

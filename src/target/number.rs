@@ -1,8 +1,11 @@
-//! Numbers as text, fast and the same on every machine.
+//! Numbers as text, fast and the same on every machine, and the units that all targets write.
 //!
 //! In: a value and a number of decimals. Out: the shortest text of the value rounded to that many decimals: trailing
 //! zeros and an idle point are left out (`12.5`, `0`, `-190`), there is no `-0` and no exponent. A program has a dozen
 //! numbers a point, so the digits come straight from an integer, without the general formatter.
+
+use crate::dwell::decimals_of;
+use crate::motion::{ToolPose, Transform};
 
 /// The largest magnitude whose every whole number is an `f64`: 2^53. Beyond it a scaled value has no last digit.
 const EXACT: f64 = 9_007_199_254_740_992.0;
@@ -57,6 +60,59 @@ pub fn push_scaled(out: &mut Vec<u8>, scaled: i64, decimals: usize) {
         text[at] = b'-';
     }
     out.extend_from_slice(&text[at..]);
+}
+
+/// Writes a positive number with so many significant digits (fewer where zeros end it). `None`, with nothing written, for
+/// what is not above 0, or not below a million.
+pub fn push_significant(out: &mut Vec<u8>, value: f64, digits: usize) -> Option<()> {
+    if !(value > 0.0 && value < 1e6) {
+        return None;
+    }
+    let decimals = decimals_of(value, digits);
+    let product = value * libm::pow(10.0, decimals as f64);
+    (product.abs() < EXACT).then(|| push_scaled(out, product.round() as i64, decimals))
+}
+
+/// A mass, a moment, a time or a tolerance: the shortest text of what single precision, in which the controllers store
+/// it, makes of the number. `None` where that is no number.
+pub fn single(value: f64) -> Option<String> {
+    let value = value as f32;
+    match value.abs() {
+        0.0 => Some("0".into()),
+        size if !size.is_finite() => None,
+        // Beyond seven digits before or after the point an exponent is shorter than zeros.
+        size if !(1e-4..1e7).contains(&size) => Some(format!("{value:E}")),
+        _ => Some(format!("{value}")),
+    }
+}
+
+/// Metres to millimetres.
+pub fn millimetres(position: [f64; 3]) -> [f64; 3] {
+    position.map(|v| v * 1e3)
+}
+
+/// Radians to degrees.
+pub fn degrees(angle: f64) -> f64 {
+    angle * (180.0 / std::f64::consts::PI)
+}
+
+/// Joint angles in degrees.
+pub fn joint_degrees(joints: [f64; 6]) -> [f64; 6] {
+    joints.map(degrees)
+}
+
+/// The quaternion brought to unit length: rounding to the last decimal must be the only error in the text.
+pub fn unit_quaternion(q: [f64; 4]) -> [f64; 4] {
+    let length = (q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]).sqrt();
+    q.map(|v| v / length)
+}
+
+/// Position and quaternion of a transform.
+pub fn pose_of(transform: &Transform) -> ToolPose {
+    let (t, q) = (transform.translation.vector, transform.rotation);
+    // The sign is free; the one with w >= 0 is written, as in the rest of the program's constants.
+    let sign = if q.w < 0.0 { -1.0 } else { 1.0 };
+    ToolPose { position: [t.x, t.y, t.z], quaternion: [q.w, q.i, q.j, q.k].map(|v| v * sign) }
 }
 
 #[cfg(test)]

@@ -140,6 +140,7 @@ shown! {
     Speed = Dimension::whole(1, 0, -1, 0);
     Acceleration = Dimension::whole(1, 0, -2, 0);
     AngularSpeed = Dimension::whole(0, 0, -1, 1);
+    AngularAcceleration = Dimension::whole(0, 0, -2, 1);
     Mass = Dimension::MASS;
     Inertia = Dimension::whole(2, 1, 0, 0);
 }

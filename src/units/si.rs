@@ -32,6 +32,8 @@ quantities! {
     Acceleration
     /// Radians a second.
     AngularSpeed
+    /// Radians a second squared.
+    AngularAcceleration
     /// Kilograms.
     Mass
     /// Kilogram square metres.

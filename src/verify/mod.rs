@@ -2,7 +2,14 @@
 //!
 //! In: the text alone, and the job's plan. Out: `Verified<Program>`, or what differs, in terms of the part.
 
+mod align;
+mod findings;
+pub mod krl;
+mod planned;
 pub mod rapid;
+mod replay;
+
+pub use findings::MOST_DIFFERENCES;
 
 use crate::diagnostics::Problem;
 use crate::diagnostics::codes::E1002;
@@ -21,17 +28,18 @@ impl<T> std::ops::Deref for Verified<T> {
     }
 }
 
-/// Proves that the draft does what `plan` and `job` ask, or says what differs (`E1000` to `E1012`).
+/// Proves that the draft does what `plan` and `job` ask, or says what differs (`E1000` to `E1015`).
 pub fn verify(draft: Draft<Program>, plan: &Checked<Motion>, job: &Job) -> Result<Verified<Program>, Vec<Problem>> {
     let problems = check(&draft.0, plan, job);
     if problems.is_empty() { Ok(Verified(draft.0)) } else { Err(problems) }
 }
 
 /// What in `program`, which may come from anywhere, differs from `plan` and `job`; nothing when it does what they ask.
-/// At most [`rapid::MOST_DIFFERENCES`] are described, the last problem then counts the rest.
+/// At most [`MOST_DIFFERENCES`] are described, the last problem then counts the rest.
 pub fn check(program: &Program, plan: &Checked<Motion>, job: &Job) -> Vec<Problem> {
     match (&job.target, &job.robot) {
         (Some(Target::rapid(rapid)), Some(robot)) => rapid::check(program, plan, job, rapid, robot),
+        (Some(Target::krl(krl)), Some(robot)) => krl::check(program, plan, job, krl, robot),
         _ => vec![Problem::error(E1002, "target", "the job names no robot and target to compare a program with")],
     }
 }

@@ -5,7 +5,7 @@ use crate::splice::splice;
 use crate::{all_pages, read};
 use polishc::diagnostics::render::{self, Style};
 use polishc::session::{self, Compilation, Request, Until, Unwatched};
-use polishc::source::{FileError, FileProvider, normalise};
+use polishc::source::{FileError, FileId, FileProvider, normalise};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
@@ -68,6 +68,13 @@ fn wrong(block: &Block) -> Option<String> {
             return Some(format!("`{word}` is no word of a mark"));
         }
     }
+    if block.word("fragment").is_none() && block.word("fails").is_none() {
+        let text = whole(&block.text);
+        match polishc::syntax::format::format(FileId(0), &text) {
+            Ok(formatted) if formatted != text => return Some(format!("`polishc fmt` would write\n{formatted}")),
+            _ => {}
+        }
+    }
     let (files, path) = match block.word("fragment") {
         Some(place) => match fragment(place, &block.text) {
             Ok(made) => made,
@@ -106,7 +113,7 @@ fn every_block_compiles_or_fails_as_it_says() {
         }
         look(&page.display().to_string(), &read(&page));
     }
-    // Examples in the doc comments of the vocabulary.
+    // Examples in the doc comments of the vocabulary: files, or, for functions, conditions.
     let mut todo = vec![std::path::PathBuf::from("stdlib")];
     while let Some(path) = todo.pop() {
         if path.is_dir() {
@@ -116,7 +123,15 @@ fn every_block_compiles_or_fails_as_it_says() {
         let text = read(&path);
         let docs: Vec<&str> = text.lines().map(|line| line.trim_start().strip_prefix("///").unwrap_or("")).collect();
         let docs: Vec<&str> = docs.iter().map(|line| line.strip_prefix(' ').unwrap_or(line)).collect();
-        look(&path.display().to_string(), &docs.join("\n"));
+        let conditions = path.ends_with("functions.polish");
+        let mut code = false;
+        let mut lines = Vec::new();
+        for (i, line) in docs.into_iter().enumerate() {
+            code ^= line.starts_with("```");
+            let is_condition = conditions && code && !line.starts_with("```");
+            lines.push(if is_condition { format!("let book_{i}: Bool = {line}") } else { line.to_string() });
+        }
+        look(&path.display().to_string(), &lines.join("\n"));
     }
     assert!(bad.is_empty(), "{} of {tested} blocks:\n\n{}", bad.len(), bad.join("\n"));
     assert!(tested > 40, "only {tested} blocks of the language were found");

@@ -3,7 +3,7 @@
 use crate::blocks::{Block, blocks};
 use crate::code::{CELL, JOB};
 use crate::splice::splice;
-use crate::{all_pages, pages, read, update};
+use crate::{all_pages, between, keep, pages, read, update};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -195,6 +195,64 @@ fn subcommands() -> BTreeMap<String, String> {
     let names = list.lines().filter(|line| line.starts_with("  ") && !line.starts_with("   "));
     let names = names.filter_map(|line| line.split_whitespace().next()).filter(|name| *name != "help");
     names.map(|name| (name.to_string(), help(&[name, "--help"]))).collect()
+}
+
+/// Options of a help text with what they do, in order; arguments are none.
+fn options(help: &str) -> Vec<(String, String)> {
+    let mut found: Vec<(String, String)> = Vec::new();
+    for line in help.split("\nOptions:\n").nth(1).unwrap_or("").lines() {
+        let words = line.trim();
+        let indent = line.len() - line.trim_start().len();
+        match found.last_mut() {
+            _ if words.is_empty() => {}
+            // Short ones stand on the line of the option, behind two blanks.
+            _ if words.starts_with('-') && indent < 10 => {
+                let (option, what) = words.split_once("  ").unwrap_or((words, ""));
+                found.push((option.to_string(), what.trim().to_string()));
+            }
+            Some((_, what)) => {
+                let blank = if what.is_empty() { "" } else { " " };
+                what.push_str(&format!("{blank}{words}"));
+            }
+            None => {}
+        }
+    }
+    found
+}
+
+/// The commands with their options, then the options of all commands, as Markdown.
+fn reference() -> String {
+    let help = |arguments: &[&str]| {
+        let done = Command::new(env!("CARGO_BIN_EXE_polishc")).args(arguments).output().expect("the tool runs");
+        String::from_utf8(done.stdout).expect("UTF-8")
+    };
+    let table = |options: &[(String, String)]| {
+        let rows = options.iter().map(|(option, what)| format!("| `{option}` | {} |\n", what.replace('|', "\\|")));
+        format!("\n| option | |\n| --- | --- |\n{}", rows.collect::<String>())
+    };
+    let common = options(&help(&["-h"]));
+    let mut out = String::from("\n");
+    for name in subcommands().keys() {
+        let text = help(&[name, "-h"]);
+        let what = text.lines().next().unwrap_or("");
+        let usage = text.lines().find_map(|line| line.strip_prefix("Usage: ")).unwrap_or("");
+        let usage = usage.replace(".exe", "").replace("[OPTIONS]", "[options]");
+        out.push_str(&format!("## {name}\n\n{what}.\n\n`{usage}`\n"));
+        let own: Vec<_> =
+            options(&text).into_iter().filter(|(name, _)| !common.iter().any(|(c, _)| c == name)).collect();
+        if !own.is_empty() {
+            out.push_str(&table(&own));
+        }
+        out.push('\n');
+    }
+    format!("{out}## Options of all commands\n{}\n", table(&common))
+}
+
+#[test]
+fn the_page_of_commands_is_the_help() {
+    let path = Path::new("docs/reference/commands.md");
+    let page = between(&read(path), "<!-- made from --help -->\n", "<!-- end -->", &reference());
+    keep(path, &page, "the list of commands");
 }
 
 #[test]

@@ -67,6 +67,7 @@ pub fn robot(numbers: &ArmNumbers) -> Robot {
         }),
         joints: (0..6).map(joint).collect(),
         payload: Mass(200.0),
+        wrist_inertia: None,
         range_margin: Angle(5_f64.to_radians()),
         wrist_margin: Angle(5_f64.to_radians()),
         elbow_margin: 0.1,

@@ -120,6 +120,7 @@ fn arm(input: &Value, document: &Value) -> Result<Arm, String> {
         }),
         joints: (0..6).map(joint).collect(),
         payload: Mass(200.0),
+        wrist_inertia: None,
         range_margin: Angle(0.0),
         wrist_margin: Angle(0.0),
         elbow_margin: 0.0,

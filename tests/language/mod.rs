@@ -1,5 +1,6 @@
 //! Helpers of the language's tests, and the tests by topic.
 
+mod functions;
 mod mistakes;
 mod schemas;
 mod whole_job;

@@ -3,9 +3,9 @@
 
 #![allow(dead_code, reason = "each user takes what it needs")]
 
-use polishc::dwell::TimedPath;
-use polishc::job::Job;
-use polishc::motion::{self, Checked, Motion, Purpose, Request};
+use polishc::dwell::{SpeedSteps, TimedPath};
+use polishc::job::{Job, Target};
+use polishc::motion::{self, Checked, Motion, Purpose, Request, Room};
 use polishc::path::{Line, Link, Points};
 use serde_json::{Value, json};
 
@@ -51,7 +51,7 @@ pub fn job_value() -> Value {
                 joint(170.0, 110.0), ranged(-65.0, 85.0, 110.0), ranged(-180.0, 70.0, 110.0),
                 joint(300.0, 190.0), joint(130.0, 150.0), joint(360.0, 210.0)
             ],
-            "payload": 200.0, "range_margin": 5.0 * deg, "wrist_margin": 5.0 * deg, "elbow_margin": 0.1,
+            "payload": 200.0, "wrist_inertia": null, "range_margin": 5.0 * deg, "wrist_margin": 5.0 * deg, "elbow_margin": 0.1,
             "shoulder_margin": 0.1,
             "cell": {
                 "base": {"at": {"x": 0.01, "y": -0.02, "z": 0.3}, "rotation": {"zyx_intrinsic": {
@@ -73,10 +73,10 @@ pub fn job_value() -> Value {
                 "process": {"signals": {
                     "interlock": "relay K3",
                     "outputs": [
-                        {"name": "doSpindle", "active": "high", "settle": 3.0},
-                        {"name": "doSlurry", "active": "low", "settle": 5.0}
+                        {"name": "doSpindle", "number": null, "active": "high", "settle": 3.0},
+                        {"name": "doSlurry", "number": null, "active": "low", "settle": 5.0}
                     ],
-                    "inputs": [{"name": "diSpindleOk", "active": "high", "wait_at_most": 10.0}]
+                    "inputs": [{"name": "diSpindleOk", "number": null, "active": "high", "wait_at_most": 10.0}]
                 }}
             }
         },
@@ -94,9 +94,59 @@ pub fn job_value() -> Value {
     })
 }
 
+/// The same on a KUKA KR 210 R2700-2, for KRL.
+pub fn krl_job_value() -> Value {
+    let deg = std::f64::consts::PI / 180.0;
+    let joint =
+        |from: f64, to: f64, speed: f64| json!({"range": {"from": from * deg, "to": to * deg}, "speed": speed * deg});
+    let mut job = job_value();
+    let robot = &mut job["robot"];
+    robot["maker"] = json!("KUKA");
+    robot["model"] = json!("KR 210 R2700-2");
+    robot["arm"] = json!({"ortho_parallel": {
+        "a1": 0.33, "a2": -0.115, "b": 0.0, "c1": 0.645, "c2": 1.15, "c3": 1.22, "c4": 0.215,
+        "offsets": [0.0, -90.0 * deg, 0.0, 0.0, 0.0, 0.0], "signs": [-1.0, 1.0, 1.0, -1.0, 1.0, -1.0]
+    }});
+    robot["joints"] = json!([
+        joint(-185.0, 185.0, 117.0),
+        joint(-140.0, -5.0, 111.0),
+        joint(-120.0, 168.0, 112.0),
+        joint(-350.0, 350.0, 179.0),
+        joint(-125.0, 125.0, 172.0),
+        joint(-350.0, 350.0, 220.0)
+    ]);
+    let cell = &mut robot["cell"];
+    let home = [0.0, -110.0 * deg, 100.0 * deg, 0.0, 55.0 * deg, 0.0];
+    cell["home"] = json!(home);
+    cell["safe_poses"] = json!([[10.0 * deg, home[1], home[2], home[3], home[4], home[5]]]);
+    let signals = &mut cell["process"]["signals"];
+    signals["outputs"][0]["number"] = json!(17);
+    signals["outputs"][1]["number"] = json!(18);
+    signals["inputs"][0]["number"] = json!(5);
+    job["target"] = json!({"krl": {
+        "controller": {
+            "name": "KRC4", "name_length": 24, "position_decimals": 4, "angle_decimals": 6, "speed_digits": 7,
+            "file_lines": 1400, "file_bytes": 250_000, "program_bytes": 2_000_000, "block_segments": 500,
+            "dir_loader": "absent", "advance": 5, "segment_time_least": 0.01, "segment_time_usual": 0.02,
+            "orientation_speed": 200.0 * deg, "orientation_acceleration": 400.0 * deg, "most_points": 500_000
+        },
+        "module": "Flat340", "frames": {"in_program": {}}, "frame_tolerance": 5e-5,
+        "frame_angle_tolerance": 0.01 * deg, "motion": {"spline": {}}, "memory": "resident"
+    }});
+    job
+}
+
+/// The job of [`krl_job_value`] with the value at `path` replaced.
+pub fn krl_job_with(changes: &[(&str, Value)]) -> Job {
+    changed(krl_job_value(), changes)
+}
+
 /// The job of [`job_value`] with the value at `path` (`/target/rapid/zone`) replaced.
 pub fn job_with(changes: &[(&str, Value)]) -> Job {
-    let mut value = job_value();
+    changed(job_value(), changes)
+}
+
+fn changed(mut value: Value, changes: &[(&str, Value)]) -> Job {
     for (path, new) in changes {
         *value.pointer_mut(path).expect("a field of the job") = new.clone();
     }
@@ -145,7 +195,12 @@ pub fn curved(mut timed: TimedPath) -> TimedPath {
 /// The planned motion of `timed` for `job`.
 pub fn plan(job: &Job, timed: TimedPath, purpose: Purpose) -> Checked<Motion> {
     let polishc::job::Tool::mrf_wheel(wheel) = &job.tool;
-    let Some(polishc::job::Target::rapid(rapid)) = &job.target else { panic!("the job has a target") };
+    // RAPID programs of these tests end their runs at the number of points, KRL programs at the room of a file.
+    let limits = polishc::target::limits(job.target.as_ref().expect("a target"));
+    let room = match &job.target {
+        Some(Target::rapid(rapid)) => Room::points(usize::try_from(rapid.controller.module_points).expect("a count")),
+        _ => limits.room,
+    };
     let request = Request {
         standoff: wheel.gap.0,
         azimuth: wheel.azimuth.0,
@@ -153,8 +208,9 @@ pub fn plan(job: &Job, timed: TimedPath, purpose: Purpose) -> Checked<Motion> {
         part: [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]],
         acceleration: 0.5,
         purpose,
-        points_per_run: usize::try_from(rapid.controller.module_points).expect("a count"),
-        speed_step: 1e-6,
+        room,
+        // Speeds of these tests are whole micrometres a second, which every target can write.
+        speed_steps: SpeedSteps::Fixed(1e-6),
     };
     motion::plan(timed, job.robot.as_ref().expect("a robot"), &request).unwrap_or_else(|p| panic!("{p:?}"))
 }

@@ -4,16 +4,15 @@
 //! come from, so the constant parts of a line are prepared once and numbers are written straight into the buffer.
 
 use super::Setup;
-use super::writing::{
-    LINE_LENGTH, NO_EXTERNAL_AXES, Text, degrees, millimetres, push_jointtarget, push_list, push_pose, unit_quaternion,
-};
+use super::writing::{NO_EXTERNAL_AXES, push_jointtarget, push_list, push_pose};
 use crate::diagnostics::Problem;
 use crate::diagnostics::codes::E0904;
 use crate::job::Zone;
 use crate::motion::configuration::confdata;
 use crate::motion::{ToolPose, Travel};
 use crate::target::ProgramFile;
-use crate::target::number::{push_fixed, push_scaled, scaled};
+use crate::target::number::{degrees, millimetres, push_fixed, push_scaled, scaled, unit_quaternion};
+use crate::target::text::{LINE_LENGTH, Text};
 
 /// Bytes that a module has around its runs, as an upper bound: comments and the checks before the first move, some of
 /// which grow with the names.
@@ -65,7 +64,7 @@ pub fn run(setup: &Setup, index: usize) -> Result<Vec<u8>, Problem> {
         after_speed,
         tail: format!(",{}\\WObj:={};\r\n", names.tool, names.object).into_bytes(),
     };
-    let mut text = Text { bytes: Vec::with_capacity((run.points.len() + 8) * 160) };
+    let mut text = Text::new("!", (run.points.len() + 8) * 160);
     text.comment(
         2,
         &format!(
@@ -179,7 +178,7 @@ pub fn module(setup: &Setup, index: usize, runs: impl Iterator<Item = Vec<u8>>) 
     let chunk = &setup.chunks[index];
     let module = names.chunk_module(index);
     let runs: Vec<Vec<u8>> = runs.collect();
-    let mut text = Text { bytes: Vec::with_capacity(FRAME_BYTES + runs.iter().map(Vec::len).sum::<usize>()) };
+    let mut text = Text::new("!", FRAME_BYTES + runs.iter().map(Vec::len).sum::<usize>());
     text.line(0, &format!("MODULE {module}"));
     text.comment(
         1,

@@ -5,12 +5,14 @@
 //! by the interlock that the cell names.
 
 use super::Setup;
-use super::writing::{Text, degrees, millimetres, pose_of, push_jointtarget, push_list, push_pose, unit_quaternion};
+use super::writing::{push_jointtarget, push_list, push_pose};
 use crate::diagnostics::Problem;
 use crate::diagnostics::codes::{E0903, E0904};
-use crate::job::{DigitalOut, Frames, Level, Process, Tool, Unchecked, WheelRotation};
+use crate::job::{DigitalOut, Frames, Level, Process};
 use crate::motion::{Purpose, ToolPose};
-use crate::target::ProgramFile;
+use crate::target::number::{degrees, millimetres, pose_of, single, unit_quaternion};
+use crate::target::text::Text;
+use crate::target::{ProgramFile, facts};
 
 /// With `frames: on_controller`, how far the mass may differ, as a share: the two are meant to be the same number, typed
 /// with at least three digits.
@@ -19,10 +21,10 @@ const MASS_SHARE: f64 = 1e-3;
 /// The main module of the program.
 pub fn write(setup: &Setup) -> Result<ProgramFile, Vec<Problem>> {
     let names = &setup.names;
-    let mut text = Text::default();
+    let mut text = Text::new("!", 0);
     text.line(0, &format!("MODULE {}", names.module));
-    header(setup, &mut text);
-    body(setup, &mut text).map_err(|what| {
+    let written = header(setup, &mut text).ok_or("the robot's base").and_then(|()| body(setup, &mut text));
+    written.map_err(|what| {
         vec![Problem::error(E0904, "robot.cell", format!("{what} cannot be written as a RAPID number"))]
     })?;
     text.line(0, "ENDMODULE");
@@ -55,67 +57,16 @@ impl Setup<'_> {
     }
 }
 
-/// A mass, a moment, a time or a tolerance: the shortest text of what single precision, in which the controller stores
-/// it, makes of the number. `None` where that is no number.
-fn single(value: f64) -> Option<String> {
-    let value = value as f32;
-    match value.abs() {
-        0.0 => Some("0".into()),
-        size if !size.is_finite() => None,
-        // Beyond seven digits before or after the point an exponent is shorter than zeros.
-        size if !(1e-4..1e7).contains(&size) => Some(format!("{value:E}")),
-        _ => Some(format!("{value}")),
+fn header(setup: &Setup, text: &mut Text) -> Option<()> {
+    let mut base = b"[".to_vec();
+    push_pose(&mut base, pose_of(&setup.motion.frames.world_base), setup.decimals)?;
+    base.push(b']');
+    let modules = format!("modules: {}", setup.chunks.len());
+    let base = String::from_utf8_lossy(&base);
+    for line in facts::header(setup.name, setup.motion, setup.job, setup.cell, &setup.digest, &base, &modules) {
+        text.comment(1, &line);
     }
-}
-
-fn header(setup: &Setup, text: &mut Text) {
-    let part = &setup.job.workpiece;
-    let points = setup.motion.position.len();
-    if setup.motion.purpose == Purpose::DryRun {
-        let height = millimetres([setup.cell.travel.height.0, 0.0, 0.0])[0];
-        text.comment(1, &format!("DRY RUN: lifted {height} mm off the part, process off, slow."));
-    }
-    text.comment(1, &format!("polishc {}: job {}, part {}", env!("CARGO_PKG_VERSION"), setup.name, part.part));
-    if let Some(mark) = &part.x_mark {
-        text.comment(1, &format!("+x of the part: {mark}"));
-    }
-    let Tool::mrf_wheel(wheel) = &setup.job.tool;
-    let rotation = match wheel.rotation {
-        WheelRotation::forward => "forward (the fluid is dragged along +x of the tool at the contact)",
-        WheelRotation::reverse => "reverse (the fluid is dragged along -x of the tool at the contact)",
-    };
-    text.comment(1, &format!("tool: wheel turns {rotation}, {:.3} rpm", wheel.speed.0 * 30.0 / std::f64::consts::PI));
-    text.comment(1, &format!("points: {points}, runs: {}, modules: {}", setup.motion.runs.len(), setup.chunks.len()));
-    text.comment(1, &format!("digest {}", setup.digest));
-    let mut base = Vec::new();
-    if push_pose(&mut base, pose_of(&setup.motion.frames.world_base), setup.decimals).is_some() {
-        let base = String::from_utf8_lossy(&base);
-        text.comment(1, &format!("planned with the robot's base frame at [{base}] in the world: compare it by hand"));
-    }
-    let process = match &setup.cell.process {
-        _ if !setup.switches_process() => "off".to_string(),
-        Process::manual(manual) => {
-            format!("switched by the operator off the part; interlock at a protective stop: {}", manual.interlock)
-        }
-        Process::signals(signals) => {
-            format!("switched by signals off the part; interlock at a protective stop: {}", signals.interlock)
-        }
-    };
-    text.comment(1, &format!("process: {process}"));
-    let unchecked: Vec<&str> = setup
-        .job
-        .unchecked
-        .iter()
-        .flatten()
-        .map(|u| match u {
-            Unchecked::arm => "arm",
-            Unchecked::cell => "cell",
-            Unchecked::cable => "cable",
-            Unchecked::fixture => "fixture",
-        })
-        .collect();
-    text.comment(1, &format!("not checked by the compiler: {}", unchecked.join(", ")));
-    text.comment(1, "Planned with a kinematic model, not controller-verified. Generated: edit the job, not this text.");
+    Some(())
 }
 
 /// Everything below the header; the error names what cannot be written.
@@ -390,24 +341,6 @@ fn check_frames(setup: &Setup, text: &mut Text) -> Result<(), &'static str> {
     Ok(())
 }
 
-/// Characters of a line that the operator's screen surely shows.
-const SCREEN_LENGTH: usize = 40;
-
-/// What the operator compares before switching the process on: the part, and how the wheel must turn. Each line is fit
-/// for a RAPID string; what is not plain ASCII, or would end the string, is shown as a question mark.
-fn operator_facts(setup: &Setup) -> Vec<String> {
-    let Tool::mrf_wheel(wheel) = &setup.job.tool;
-    let plain = |c: char| if matches!(c, ' '..='~') && c != '"' && c != '\\' { c } else { '?' };
-    let part: Vec<char> = format!("part {}", setup.job.workpiece.part).chars().map(plain).collect();
-    let mut facts: Vec<String> = part.chunks(SCREEN_LENGTH).map(|line| line.iter().collect()).collect();
-    facts.push(match wheel.rotation {
-        WheelRotation::forward => "wheel forward: fluid along +x of tool".into(),
-        WheelRotation::reverse => "wheel reverse: fluid along -x of tool".into(),
-    });
-    facts.push(format!("wheel at {:.3} rpm", wheel.speed.0 * 30.0 / std::f64::consts::PI));
-    facts
-}
-
 /// The routines that switch the process on and off.
 fn process(setup: &Setup, text: &mut Text) -> Result<(), &'static str> {
     let names = &setup.names;
@@ -418,7 +351,7 @@ fn process(setup: &Setup, text: &mut Text) -> Result<(), &'static str> {
     text.line(1, &format!("PROC {}()", names.own("process_on")));
     match &setup.cell.process {
         Process::manual(_) => {
-            for fact in operator_facts(setup) {
+            for fact in facts::operator(setup.job) {
                 text.line(2, &format!("TPWrite \"{fact}\";"));
             }
             text.line(2, &format!("TPWrite \"{m}: switch wheel and fluid on,\";"));

@@ -5,23 +5,22 @@
 //! path and nothing else. A chunk begins and ends lifted off the part at a fine point, since loading stops the robot.
 
 mod chunk;
-mod digest;
 mod main_module;
 mod names;
 mod writing;
 
-pub use digest::digest;
 pub use names::{Names, not_a_name};
 
 use crate::diagnostics::Problem;
-use crate::diagnostics::codes::{E0903, E0904, E0906};
+use crate::diagnostics::codes::{E0903, E0904, E0906, E0907};
 use crate::job::{Job, Process, Rapid, Robot, RobotCell, Target};
 use crate::motion::{Arm, Checked, Motion};
-use crate::target::number::{MOST_DECIMALS, push_fixed, scaled};
-use crate::target::{Draft, Program, no_target};
+use crate::target::digest::{Rounding, digest as digest_of};
+use crate::target::number::{MOST_DECIMALS, degrees, push_fixed, scaled};
+use crate::target::{Draft, Program, no_target, text};
 use rayon::prelude::*;
 use std::ops::Range;
-use writing::{Decimals, degrees};
+use writing::Decimals;
 
 /// Everything that the writers of the modules look at.
 struct Setup<'a> {
@@ -47,7 +46,7 @@ struct Chunk {
     points: Range<usize>,
 }
 
-/// The RAPID program of `motion`. Errors: `E0900` to `E0906`.
+/// The RAPID program of `motion`. Errors: `E0900` to `E0907`.
 pub fn emit(name: &str, motion: &Checked<Motion>, job: &Job) -> Result<Draft<Program>, Vec<Problem>> {
     let (Some(Target::rapid(rapid)), Some(robot)) = (&job.target, &job.robot) else { return Err(vec![no_target()]) };
     let Some(cell) = &robot.cell else { return Err(vec![no_target()]) };
@@ -84,6 +83,12 @@ pub fn emit(name: &str, motion: &Checked<Motion>, job: &Job) -> Result<Draft<Pro
         files.push(chunk::module(&setup, index, parts).map_err(|problem| vec![problem])?);
     }
     Ok(Draft(Program { files }))
+}
+
+/// The digest of the program of `motion` for `job`; see [`crate::target::digest`].
+pub fn digest(motion: &Motion, job: &Job) -> String {
+    let Decimals { position, quaternion, speed, joint } = Decimals::of(job);
+    digest_of(motion, job, Rounding { label: b"polishc rapid 2", position, quaternion, joint, speed })
 }
 
 /// Whether the controller's profile makes sense.
@@ -128,6 +133,21 @@ fn values(cell: &RobotCell, decimals: Decimals) -> Vec<Problem> {
         );
     }
     if let Process::signals(signals) = &cell.process {
+        let numbers = signals.outputs.iter().map(|o| (&o.name, o.number)).enumerate().map(|(i, n)| ("outputs", i, n));
+        let numbers = numbers
+            .chain(signals.inputs.iter().map(|o| (&o.name, o.number)).enumerate().map(|(i, n)| ("inputs", i, n)));
+        for (list, i, (name, number)) in numbers {
+            if number.is_some() {
+                problems.push(
+                    Problem::error(
+                        E0907,
+                        format!("robot.cell.process.{list}.{i}.number"),
+                        format!("the signal `{name}` has a number, and RAPID knows signals by name"),
+                    )
+                    .help("take `number` out"),
+                );
+            }
+        }
         for (i, input) in signals.inputs.iter().enumerate() {
             let has_time = input.wait_at_most.0 > 0.0;
             if has_time {
@@ -144,12 +164,12 @@ fn values(cell: &RobotCell, decimals: Decimals) -> Vec<Problem> {
 }
 
 /// Points that fit into one module by both of its limits, each point written as long as it can be; see
-/// [`crate::target::points_per_module`].
+/// [`crate::target::Limits`].
 pub fn points_per_module(rapid: &Rapid) -> usize {
     let limit = |value: i64| usize::try_from(value).unwrap_or(0);
     let line = chunk::MOVE_LENGTH + chunk::WRAP.len() + rapid.tool_name.len() + rapid.object_name.len();
     // Approach, start and retract of a run, and its comment.
-    let around = chunk::FRAME_BYTES + 4 * (line + writing::LINE_LENGTH);
+    let around = chunk::FRAME_BYTES + 4 * (line + text::LINE_LENGTH);
     let by_bytes = limit(rapid.controller.module_bytes).saturating_sub(around) / line;
     limit(rapid.controller.module_points).min(by_bytes)
 }

@@ -7,6 +7,7 @@ use crate::diagnostics::Problem;
 use crate::diagnostics::codes::{E0900, E0901, E0902};
 use crate::job::{Process, Rapid, RobotCell};
 use crate::motion::Purpose;
+use crate::target::identifier::not_an_identifier;
 
 /// Longest text that a RAPID `string` holds.
 pub const STRING_LENGTH: usize = 80;
@@ -239,18 +240,10 @@ impl Names {
 
 /// Why `name` is no RAPID name of at most `most` characters, or `None` if it is one.
 pub fn not_a_name(name: &str, most: usize) -> Option<String> {
+    if let Some(why) = not_an_identifier(name, most) {
+        return Some(why);
+    }
     let lower = name.to_ascii_lowercase();
-    let mut characters = name.chars();
-    if !characters.next().is_some_and(|c| c.is_ascii_alphabetic()) {
-        return Some("it does not begin with a letter from A to Z".into());
-    }
-    if let Some(c) = characters.find(|c| !c.is_ascii_alphanumeric() && *c != '_') {
-        let what = if c.is_control() { "a control character".to_string() } else { format!("the character `{c}`") };
-        return Some(format!("{what} is not allowed in one"));
-    }
-    if name.len() > most {
-        return Some(format!("it has {} characters where {most} fit", name.len()));
-    }
     if RESERVED.contains(&lower.as_str()) {
         return Some("it is a reserved word".into());
     }

@@ -2,9 +2,9 @@
 //!
 //! In: SI numbers of the motion. Out: bytes of program text. One place, so that a unit is converted in one place.
 
-use crate::job::{Controller, Job, Target};
-use crate::motion::{ToolPose, Transform};
-use crate::target::number::{MOST_DECIMALS, push_fixed};
+use crate::job::{Job, RapidController, Target};
+use crate::motion::ToolPose;
+use crate::target::number::{MOST_DECIMALS, joint_degrees, millimetres, push_fixed, unit_quaternion};
 
 /// Decimals of joint angles in degrees: 1e-5 deg is what single precision resolves at 170 deg, and moves the tool of a
 /// 3 m arm by half a micrometre.
@@ -28,7 +28,7 @@ pub struct Decimals {
 impl Decimals {
     /// What the job's controller asks for; a profile out of range is refused elsewhere (`E0906`).
     pub fn of(job: &Job) -> Decimals {
-        let of = |controller: &Controller| Decimals {
+        let of = |controller: &RapidController| Decimals {
             position: decimals(controller.position_decimals),
             quaternion: decimals(controller.quaternion_decimals),
             speed: decimals(controller.speed_decimals),
@@ -36,42 +36,13 @@ impl Decimals {
         };
         match &job.target {
             Some(Target::rapid(rapid)) => of(&rapid.controller),
-            None => Decimals { position: 0, quaternion: 0, speed: 0, joint: 0 },
+            _ => Decimals { position: 0, quaternion: 0, speed: 0, joint: 0 },
         }
     }
 }
 
 fn decimals(count: i64) -> usize {
     usize::try_from(count).unwrap_or(0).min(MOST_DECIMALS)
-}
-
-/// Metres to millimetres.
-pub fn millimetres(position: [f64; 3]) -> [f64; 3] {
-    position.map(|v| v * 1e3)
-}
-
-/// Radians to degrees.
-pub fn degrees(angle: f64) -> f64 {
-    angle * (180.0 / std::f64::consts::PI)
-}
-
-/// Joint angles in degrees.
-pub fn joint_degrees(joints: [f64; 6]) -> [f64; 6] {
-    joints.map(degrees)
-}
-
-/// The quaternion brought to unit length: rounding to the last decimal must be the only error in the text.
-pub fn unit_quaternion(q: [f64; 4]) -> [f64; 4] {
-    let length = (q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]).sqrt();
-    q.map(|v| v / length)
-}
-
-/// Position and quaternion of a transform.
-pub fn pose_of(transform: &Transform) -> ToolPose {
-    let (t, q) = (transform.translation.vector, transform.rotation);
-    // The sign is free; the one with w >= 0 is written, as in the rest of the program's constants.
-    let sign = if q.w < 0.0 { -1.0 } else { 1.0 };
-    ToolPose { position: [t.x, t.y, t.z], quaternion: [q.w, q.i, q.j, q.k].map(|v| v * sign) }
 }
 
 /// Writes `[a,b,c]`; `None` where a number cannot be written.
@@ -102,54 +73,4 @@ pub fn push_jointtarget(out: &mut Vec<u8>, joints: [f64; 6], decimals: Decimals)
     out.extend_from_slice(NO_EXTERNAL_AXES.as_bytes());
     out.push(b']');
     Some(())
-}
-
-/// Longest line of text that the programs have, the line end not counted. No limit of the controller is documented;
-/// this is what public generators write.
-pub const LINE_LENGTH: usize = 199;
-
-/// Program text being written: lines with indents and CRLF.
-#[derive(Default)]
-pub struct Text {
-    pub bytes: Vec<u8>,
-}
-
-impl Text {
-    /// One line at `depth` steps of indent.
-    pub fn line(&mut self, depth: usize, text: &str) {
-        for _ in 0..depth {
-            self.bytes.extend_from_slice(b"    ");
-        }
-        self.bytes.extend_from_slice(text.as_bytes());
-        self.end();
-    }
-
-    /// Ends the line.
-    pub fn end(&mut self) {
-        self.bytes.extend_from_slice(b"\r\n");
-    }
-
-    /// A comment, broken at blanks where the line grows too long. What is not plain ASCII is written as an escape:
-    /// controllers refuse other characters even in comments, and a line end would let words of the job become code.
-    pub fn comment(&mut self, depth: usize, text: &str) {
-        let mut plain = String::new();
-        for c in text.chars() {
-            match c {
-                ' '..='~' => plain.push(c),
-                _ => plain.extend(c.escape_unicode()),
-            }
-        }
-        let room = LINE_LENGTH - 4 * depth - 2;
-        let mut rest = plain.as_str();
-        loop {
-            // Everything is ASCII here, so a byte is a character.
-            if rest.len() <= room {
-                self.line(depth, &format!("! {rest}"));
-                return;
-            }
-            let cut = rest[..room].rfind(' ').filter(|at| *at > 0).unwrap_or(room);
-            self.line(depth, &format!("! {}", &rest[..cut]));
-            rest = rest[cut..].trim_start();
-        }
-    }
 }

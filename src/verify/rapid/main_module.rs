@@ -1,12 +1,12 @@
 //! The main module of a program against the job: data, and every statement that is not path.
 //!
-//! In: the module as read. Out: findings, and the [`Frames`] of tool and work object that the text states, for the
+//! In: the module as read. Out: findings, and the [`Frames`](replay::Frames) of tool and work object that the text states, for the
 //! replay of the path. What the routines must say stands in [`super::routines`].
 
 use super::declarations::{self, Place};
 use super::moves;
 use super::routines::{WantedRoutine, wanted_routines};
-use super::statements::{Around, compare, same_number};
+use super::statements::{Around, compare};
 use super::syntax::{Data, DataKind, Expression, Module, Routine};
 use super::values::{Scope, shape};
 use super::{Findings, Wanted, at};
@@ -14,23 +14,26 @@ use crate::diagnostics::codes::{E1002, E1003, E1007, E1009, E1010, E1011, E1012}
 use crate::diagnostics::{Code, Problem};
 use crate::job;
 use crate::motion::Transform;
+use crate::verify::replay::{
+    self, ORIENTATION_TOLERANCE, angle_between, half_digit, same_number, shortest, single_step,
+};
 use nalgebra::{Quaternion, Translation3, UnitQuaternion};
 
-/// The frames that the text works with, in metres, from its numbers in single precision.
+/// The frames that the text states, in metres, from its numbers in single precision.
 #[derive(Clone, Debug)]
-pub struct Frames {
-    pub world_user: Transform,
-    pub user_object: Transform,
-    pub flange_tool: Transform,
+struct Frames {
+    world_user: Transform,
+    user_object: Transform,
+    flange_tool: Transform,
 }
 
 /// Compares the main module, which loads `chunks` others.
-pub fn check(wanted: &Wanted, file: &str, module: &Module, chunks: usize, findings: &mut Findings) -> Frames {
+pub fn check(wanted: &Wanted, file: &str, module: &Module, chunks: usize, findings: &mut Findings) -> replay::Frames {
     let checker = Checker { wanted, file, module, scope_levels: [&module.data] };
     checker.declarations(findings);
     let frames = checker.frames(findings);
     checker.routines(chunks, findings);
-    frames
+    replay::Frames { world_object: frames.world_user * frames.user_object, flange_tool: frames.flange_tool }
 }
 
 struct Checker<'a> {
@@ -313,7 +316,7 @@ impl Differs<'_> {
         // Written so that a number that is none differs.
         if !((found - wanted).abs() <= allowed || same_number(found, wanted)) {
             findings.add(|| {
-                let (found, wanted) = (moves::shortest(found), moves::shortest(wanted));
+                let (found, wanted) = (shortest(found), shortest(wanted));
                 self.problem(field, format!("{component} is {found} {unit}, the job has {wanted} {unit}"))
             });
         }
@@ -321,11 +324,11 @@ impl Differs<'_> {
 
     /// A position in the text's millimetres against one in metres.
     fn position(&self, component: &str, field: &str, found: &[f64], wanted: &[f64; 3], findings: &mut Findings) {
-        let half_digit = moves::half_digit(self.checker.wanted.rapid.controller.position_decimals);
+        let half_digit = half_digit(self.checker.wanted.rapid.controller.position_decimals);
         for (k, axis) in ["x", "y", "z"].iter().enumerate() {
             let name = format!("{component}.{axis}");
             let pair = (found[k], wanted[k] * 1e3);
-            self.number(&name, field, "mm", pair, half_digit + moves::single_step(pair.1), findings);
+            self.number(&name, field, "mm", pair, half_digit + single_step(pair.1), findings);
         }
     }
 
@@ -343,8 +346,8 @@ impl Differs<'_> {
             return None;
         }
         let rotation = UnitQuaternion::from_quaternion(Quaternion::new(q[0], q[1], q[2], q[3]));
-        let angle = moves::angle_between(&rotation, wanted);
-        let aligned = angle <= moves::ORIENTATION_TOLERANCE;
+        let angle = angle_between(&rotation, wanted);
+        let aligned = angle <= ORIENTATION_TOLERANCE;
         if !aligned {
             findings.add(|| {
                 let degrees = angle.to_degrees();

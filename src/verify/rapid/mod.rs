@@ -15,17 +15,15 @@ mod statements;
 pub mod syntax;
 mod values;
 
+use super::findings::{Findings, at};
 use crate::diagnostics::Problem;
-use crate::diagnostics::codes::{self, E1000, E1002};
+use crate::diagnostics::codes::{E1000, E1002};
 use crate::job::{Job, Rapid, Robot, RobotCell};
 use crate::motion::{Arm, Motion, Purpose};
 use crate::target::rapid::Names;
 use crate::target::{Program, ProgramFile};
 use rayon::prelude::*;
 use syntax::Module;
-
-/// Differences that are described one by one; more of them say nothing new, and are counted.
-pub const MOST_DIFFERENCES: usize = 10;
 
 /// What a program is compared with.
 struct Wanted<'a> {
@@ -37,38 +35,6 @@ struct Wanted<'a> {
     arm: Arm,
     names: Names,
     digest: String,
-}
-
-/// Differences found: the first ones, and how many there were.
-#[derive(Default)]
-struct Findings {
-    first: Vec<Problem>,
-    count: usize,
-}
-
-impl Findings {
-    /// Notes a difference; its words are made only if they will be shown.
-    fn add(&mut self, problem: impl FnOnce() -> Problem) {
-        self.count += 1;
-        if self.first.len() < MOST_DIFFERENCES {
-            self.first.push(problem());
-        }
-    }
-
-    fn join(&mut self, other: Findings) {
-        self.count += other.count;
-        let room = MOST_DIFFERENCES.saturating_sub(self.first.len());
-        self.first.extend(other.first.into_iter().take(room));
-    }
-
-    fn into_problems(mut self) -> Vec<Problem> {
-        let more = self.count - self.first.len();
-        if let (1.., Some(last)) = (more, self.first.last_mut()) {
-            let are = if more == 1 { "difference is" } else { "differences are" };
-            last.notes.push(format!("{more} more {are} not shown"));
-        }
-        self.first
-    }
 }
 
 /// What differs between `program` and the plan; see [`crate::verify::check`].
@@ -146,9 +112,4 @@ fn unreadable(file: &ProgramFile, fault: &lexer::Fault) -> Problem {
     let message = format!("`{}` line {}: {}", file.name.escape_default(), fault.line, fault.message);
     Problem::error(E1000, "target", message)
         .note("only the part of RAPID that the compiler writes, and the same written in other words, can be proved")
-}
-
-/// A problem at a line of a program file.
-fn at(file: &str, line: u32, code: codes::Code, field: &str, what: String) -> Problem {
-    Problem::error(code, field, format!("`{}` line {line}: {what}", file.escape_default()))
 }

@@ -4,17 +4,13 @@
 //! here are the text's millimetres, angles the text's degrees, unless a name says otherwise.
 
 use super::Wanted;
-use super::statements::same_number;
 use super::syntax::{Goal, Module, Move, Robtarget, Speed};
 use super::values::{Scope, shape};
 use crate::diagnostics::Code;
 use crate::diagnostics::codes::{E1004, E1006, E1008, E1010, E1011, E1013};
 use crate::motion::Joints;
-use nalgebra::UnitQuaternion;
-
-/// How far an orientation may lie from the planned one: 0.001 deg, in radians. Over a 10 mm spot that is 0.2 um of height,
-/// and ten times what six decimals of a quaternion leave.
-pub const ORIENTATION_TOLERANCE: f64 = 0.001 * std::f64::consts::PI / 180.0;
+use crate::verify::findings::Difference;
+use crate::verify::replay::{half_digit, same_number, shortest, single_step};
 
 /// How far the square of a quaternion's length may lie from 1. Rounding to five decimals, the fewest that public
 /// generators write, leaves 1.8e-5; controllers stop with "orientation not correct" beyond some 1e-4.
@@ -26,16 +22,6 @@ const JOINT_DECIMALS: i64 = 5;
 /// RAPID's mark for an axis that is not there.
 const NO_AXIS: f64 = 9e9;
 
-/// Half of the last of so many decimals.
-pub fn half_digit(decimals: i64) -> f64 {
-    0.5 * libm::pow(10.0, -decimals as f64) * (1.0 + 1e-9)
-}
-
-/// What storing `value` in single precision can change.
-pub fn single_step(value: f64) -> f64 {
-    value.abs() * f64::from(f32::EPSILON) / 2.0
-}
-
 /// Whether a quaternion is of unit length as closely as controllers ask; otherwise words for it.
 pub fn unit_length(q: [f64; 4]) -> Result<(), String> {
     let square = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];
@@ -44,13 +30,6 @@ pub fn unit_length(q: [f64; 4]) -> Result<(), String> {
         return Ok(());
     }
     Err(format!("the quaternion has the length {:.6} where it must have 1", square.sqrt()))
-}
-
-/// The angle between two orientations, radians.
-pub fn angle_between(a: &UnitQuaternion<f64>, b: &UnitQuaternion<f64>) -> f64 {
-    let turn = a.inverse() * b;
-    let sine = (turn.i * turn.i + turn.j * turn.j + turn.k * turn.k).sqrt();
-    2.0 * libm::atan2(sine, turn.w.abs())
 }
 
 /// Twelve numbers of a jointtarget against joint angles in radians.
@@ -165,13 +144,6 @@ fn zone_values(scope: Scope, name: &str) -> Option<Vec<f64>> {
     }
 }
 
-/// A difference of a move: its code, the field of the job, words.
-pub struct Difference {
-    pub code: Code,
-    pub field: &'static str,
-    pub what: String,
-}
-
 fn differs(code: Code, field: &'static str, what: String) -> Difference {
     Difference { code, field, what }
 }
@@ -218,11 +190,6 @@ pub fn speed(wanted: &Wanted, found: [f32; 4], planned: f64) -> Option<Differenc
         }
     }
     None
-}
-
-/// A number from single precision, without the digits that double precision adds.
-pub fn shortest(value: f64) -> String {
-    format!("{}", value as f32)
 }
 
 /// Tool and work object against the job's, by name.

@@ -8,10 +8,8 @@ use super::values::Scope;
 use super::{Findings, at, reader};
 use crate::diagnostics::Code;
 use crate::diagnostics::codes::E1003;
-
-/// Numbers are the same if single precision cannot tell them apart: its step is 1.2e-7 of the number, and both sides may
-/// be rounded.
-const SAME_SHARE: f64 = 3e-7;
+use crate::verify::align::{self, Met};
+use crate::verify::replay::same_number;
 
 /// One thing that a routine must say.
 pub struct Step {
@@ -102,38 +100,29 @@ impl Difference {
 /// Compares the body of a routine with the steps wanted.
 pub fn compare(around: &Around, routine_line: u32, found: &[Statement], wanted: &[Step], findings: &mut Findings) {
     let file = around.file;
-    let same = |statement: &Statement, step: &Step| step.difference(statement, around).is_none();
-    let (mut f, mut w) = (0, 0);
-    let mut line = routine_line;
-    while let Some(step) = wanted.get(w) {
-        let Some(statement) = found.get(f) else {
-            let what = format!("{} is missing at the end", step.words());
-            findings.add(|| at(file, line, step.code, step.field, what).note(step.why));
-            w += 1;
-            continue;
-        };
-        line = statement.line;
-        let Some(difference) = step.difference(statement, around) else {
-            f += 1;
-            w += 1;
-            continue;
-        };
-        if found.get(f + 1).is_some_and(|next| same(next, step)) {
-            findings.add(|| extra(file, statement, step));
-            f += 1;
-        } else if wanted.get(w + 1).is_some_and(|next| same(statement, next)) {
-            let what = format!("{} is missing before this line", step.words());
-            findings.add(|| at(file, line, step.code, step.field, what).note(step.why));
-            w += 1;
-        } else {
-            findings.add(|| at(file, difference.line, step.code, step.field, difference.what).note(step.why));
-            f += 1;
-            w += 1;
+    let fits = |f: usize, w: usize| wanted[w].difference(&found[f], around).is_none();
+    let line = |f: usize| found.get(f).or(found.last()).map_or(routine_line, |statement| statement.line);
+    align::statements(found.len(), wanted.len(), fits, |met| match met {
+        Met::Pair { found: f, wanted: w } => {
+            let step = &wanted[w];
+            if let Some(difference) = step.difference(&found[f], around) {
+                findings.add(|| at(file, difference.line, step.code, step.field, difference.what).note(step.why));
+            }
         }
-    }
-    if let (Some(statement), Some(step)) = (found.get(f), wanted.last()) {
-        findings.add(|| extra(file, statement, step));
-    }
+        Met::Missing { wanted: w, before } => {
+            let step = &wanted[w.start];
+            let place = if before < found.len() { "before this line" } else { "at the end" };
+            let what = format!("{} is missing {place}", step.words());
+            findings.add(|| at(file, line(before), step.code, step.field, what).note(step.why));
+        }
+        Met::Extra { found: f, before } => {
+            if let Some(step) = wanted.get(before).or(wanted.last()) {
+                findings.add(|| extra(file, &found[f.start], step));
+            }
+        }
+        // Statements are not looked for elsewhere.
+        Met::Swapped { .. } => {}
+    });
 }
 
 fn extra(file: &str, statement: &Statement, near: &Step) -> crate::diagnostics::Problem {
@@ -233,9 +222,4 @@ fn same(found: &Expression, wanted: &Expression, scope: Scope) -> bool {
         },
         _ => false,
     }
-}
-
-/// Whether the controller stores the same number for both.
-pub fn same_number(a: f64, b: f64) -> bool {
-    (a - b).abs() <= SAME_SHARE * a.abs().max(b.abs())
 }

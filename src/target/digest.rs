@@ -1,24 +1,34 @@
-//! The digest that ties the modules of one program together.
+//! The digest that ties the files of one program together.
 //!
-//! In: the motion and the job. Out: 32 hexadecimal digits. The main module carries it, every chunk carries it, and each
-//! chunk compares the two before it moves: a chunk that stayed on the controller from an older build stops the program.
+//! In: the motion and the job. Out: 32 hexadecimal digits. The main program carries it, every other file carries it, and
+//! compares the two before it moves: a file that stayed on the controller from an older build stops the program.
 //!
 //! It is the BLAKE3 hash, shortened to 128 bits, of what decides the motion: the job's target and robot, the purpose,
-//! and, for each run in order, a hash of every number as it is written: rounded, in the units of the text. Comments
+//! and, for each run in order, a hash of every number as it is written: rounded, in millimetres and degrees. Comments
 //! and layout are not part of it.
 
-use super::writing::{Decimals, joint_degrees, millimetres, unit_quaternion};
+use super::number::{joint_degrees, millimetres, scaled, unit_quaternion};
 use crate::job::Job;
 use crate::motion::{Motion, Purpose, ToolPose};
-use crate::target::number::scaled;
 use rayon::prelude::*;
 
+/// How the numbers of a target are rounded for the digest.
+#[derive(Clone, Copy, Debug)]
+pub struct Rounding {
+    /// The target, and the version of its program's structure.
+    pub label: &'static [u8],
+    /// Decimals of a coordinate in mm, of a quaternion, of a joint in degrees, of a speed in mm/s.
+    pub position: usize,
+    pub quaternion: usize,
+    pub joint: usize,
+    pub speed: usize,
+}
+
 /// The digest of the program of `motion` for `job`.
-pub fn digest(motion: &Motion, job: &Job) -> String {
-    let decimals = Decimals::of(job);
+pub fn digest(motion: &Motion, job: &Job, decimals: Rounding) -> String {
     let runs: Vec<blake3::Hash> = (0..motion.runs.len()).into_par_iter().map(|r| run(motion, r, decimals)).collect();
     let mut hasher = blake3::Hasher::new();
-    hasher.update(b"polishc rapid 2");
+    hasher.update(decimals.label);
     hasher.update(match motion.purpose {
         Purpose::Polish => b"polish",
         Purpose::DryRun => b"dryrun",
@@ -32,7 +42,7 @@ pub fn digest(motion: &Motion, job: &Job) -> String {
     hex[..32].to_string()
 }
 
-fn run(motion: &Motion, index: usize, decimals: Decimals) -> blake3::Hash {
+fn run(motion: &Motion, index: usize, decimals: Rounding) -> blake3::Hash {
     // Large pieces: the hash is fastest on more than a kilobyte at a time.
     const PIECE: usize = 1 << 14;
     let mut hasher = blake3::Hasher::new();

@@ -1,0 +1,85 @@
+//! What a program says of itself to people, whatever its language.
+//!
+//! In: the job and its motion. Out: sentences for the head of the main program, and the lines that the operator compares
+//! before the process is switched on.
+
+use crate::job::{Job, Process, RobotCell, Tool, Unchecked, WheelRotation};
+use crate::motion::{Motion, Purpose};
+
+/// Comments at the head of the main program, one a line. `base` is the robot's base in the world as the language writes
+/// it, `files` how many files hold the path, in the language's words (`modules: 3`).
+pub fn header(
+    name: &str,
+    motion: &Motion,
+    job: &Job,
+    cell: &RobotCell,
+    digest: &str,
+    base: &str,
+    files: &str,
+) -> Vec<String> {
+    let part = &job.workpiece;
+    let mut lines = Vec::new();
+    if motion.purpose == Purpose::DryRun {
+        let height = cell.travel.height.0 * 1e3;
+        lines.push(format!("DRY RUN: lifted {height} mm off the part, process off, slow."));
+    }
+    lines.push(format!("polishc {}: job {name}, part {}", env!("CARGO_PKG_VERSION"), part.part));
+    if let Some(mark) = &part.x_mark {
+        lines.push(format!("+x of the part: {mark}"));
+    }
+    let Tool::mrf_wheel(wheel) = &job.tool;
+    let rotation = match wheel.rotation {
+        WheelRotation::forward => "forward (the fluid is dragged along +x of the tool at the contact)",
+        WheelRotation::reverse => "reverse (the fluid is dragged along -x of the tool at the contact)",
+    };
+    lines.push(format!("tool: wheel turns {rotation}, {:.3} rpm", wheel.speed.0 * 30.0 / std::f64::consts::PI));
+    lines.push(format!("points: {}, runs: {}, {files}", motion.position.len(), motion.runs.len()));
+    lines.push(format!("digest {digest}"));
+    lines.push(format!("planned with the robot's base frame at {base} in the world: compare it by hand"));
+    let process = match &cell.process {
+        _ if motion.purpose == Purpose::DryRun => "off".to_string(),
+        Process::manual(manual) => {
+            format!("switched by the operator off the part; interlock at a protective stop: {}", manual.interlock)
+        }
+        Process::signals(signals) => {
+            format!("switched by signals off the part; interlock at a protective stop: {}", signals.interlock)
+        }
+    };
+    lines.push(format!("process: {process}"));
+    lines.push(format!("not checked by the compiler: {}", unchecked(job).join(", ")));
+    lines.push(
+        "Planned with a kinematic model, not controller-verified. Generated: edit the job, not this text.".into(),
+    );
+    lines
+}
+
+/// What the compiler does not check: what the job lists, and what the robot leaves unknown.
+pub fn unchecked(job: &Job) -> Vec<&'static str> {
+    let mut all: Vec<&str> = job.unchecked.iter().flatten().map(|one: &Unchecked| one.name()).collect();
+    if job.robot.as_ref().is_some_and(|robot| robot.cell.is_some() && robot.wrist_inertia.is_none()) {
+        all.push("wrist inertia");
+    }
+    all
+}
+
+/// Characters of a line that the operator's screen surely shows.
+const SCREEN_LENGTH: usize = 40;
+
+/// What the operator compares before switching the process on: the part, and how the wheel must turn. Each line is fit for
+/// a text in quotes; what is not plain ASCII, or would end the text, is shown as a question mark.
+pub fn operator(job: &Job) -> Vec<String> {
+    let Tool::mrf_wheel(wheel) = &job.tool;
+    let part: Vec<char> = plain(&format!("part {}", job.workpiece.part)).chars().collect();
+    let mut facts: Vec<String> = part.chunks(SCREEN_LENGTH).map(|line| line.iter().collect()).collect();
+    facts.push(match wheel.rotation {
+        WheelRotation::forward => "wheel forward: fluid along +x of tool".into(),
+        WheelRotation::reverse => "wheel reverse: fluid along -x of tool".into(),
+    });
+    facts.push(format!("wheel at {:.3} rpm", wheel.speed.0 * 30.0 / std::f64::consts::PI));
+    facts
+}
+
+/// Words of the job as a text in quotes can hold them.
+pub fn plain(words: &str) -> String {
+    words.chars().map(|c| if matches!(c, ' '..='~') && c != '"' && c != '\\' { c } else { '?' }).collect()
+}
