@@ -253,7 +253,10 @@ mod tests {
     #[test]
     fn values_are_parted_at_commas_outside_brackets() {
         let over = parse("holes = [1, 2], f(3, 4) ,\"a,b\"").expect("a param");
-        assert_eq!((over.name.as_str(), over.values), ("holes", ["[1, 2]", "f(3, 4)", "\"a,b\""].map(str::to_string).into()));
+        assert_eq!(
+            (over.name.as_str(), over.values),
+            ("holes", ["[1, 2]", "f(3, 4)", "\"a,b\""].map(str::to_string).into())
+        );
         for wrong in ["pitch", "=1mm", "pitch=", "pitch=1mm,,2mm"] {
             assert!(parse(wrong).is_none(), "{wrong}");
         }

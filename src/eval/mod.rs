@@ -24,7 +24,7 @@ use crate::source::{FileId, FileProvider, Sources, Span};
 use crate::syntax::ast::Allow;
 use evaluate::{Evaluator, Surroundings};
 use std::collections::BTreeSet;
-use value::{Value, ValueKind};
+
 
 /// What the caller may choose.
 #[derive(Clone, Debug, Default)]

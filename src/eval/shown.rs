@@ -20,7 +20,10 @@ pub struct ShownField {
 pub enum Shown {
     /// As the language writes it.
     Value(String),
-    Record { schema: String, fields: Vec<ShownField> },
+    Record {
+        schema: String,
+        fields: Vec<ShownField>,
+    },
     /// A list that holds records.
     List(Vec<ShownField>),
 }
