@@ -395,7 +395,7 @@ impl Planned {
             requirements: self.requirements.iter().map(|r| report::requirement(r, &results)).collect(),
             warnings,
             unchecked: target::facts::unchecked(&self.job),
-            note: "not controller-verified",
+            note: target::facts::note(&self.job),
         });
     }
 

@@ -380,6 +380,39 @@ fn program() {
     assert_pass("program", &out);
 }
 
+/// A small job for a KUKA: the main program and its data whole, of the path's first sub-program the two ends.
+#[test]
+fn krl_program() {
+    let request = Request::new("tests/ui/verify/krl_untouched.polish");
+    let done = session::compile(&TestFiles::default(), &request, &Unwatched);
+    assert!(!done.failed(), "{:?}", done.diagnostics);
+    let program: &Program = done.jobs[0].program.as_ref().expect("a program");
+    let mut out = String::new();
+    for file in &program.files {
+        let text = String::from_utf8(file.bytes.clone()).expect("ASCII");
+        let text = without_hashes(&text.replace("\r\n", "\n"));
+        // The words of the digest change with every digit of the path.
+        let shown = |line: &str| !(line.starts_with("DECL INT Flat50_d") || line.starts_with("IF (d1<>"));
+        let lines: Vec<&str> = text.lines().filter(|line| shown(line)).collect();
+        writeln!(out, "---- {}: {} points, {} bytes", file.name, file.points, file.bytes.len()).expect("text");
+        let whole = if file.points > 0 { 34 } else { lines.len() };
+        for line in &lines[..whole] {
+            writeln!(out, "{line}").expect("text");
+        }
+        if whole < lines.len() {
+            writeln!(out, "    … {} lines …", lines.len() - whole - 8).expect("text");
+            for line in &lines[lines.len() - 8..] {
+                writeln!(out, "{line}").expect("text");
+            }
+        }
+    }
+    insta::with_settings!({ omit_expression => true, snapshot_path => "snapshots" }, {
+        insta::assert_snapshot!("flat_50_krl_program", out);
+    });
+    let note = &done.jobs[0].result.as_ref().expect("a result").note;
+    assert!(note.contains("a model"), "{note}");
+}
+
 #[test]
 fn result() {
     let mut result = serde_json::to_value(planned().result.as_ref().expect("a result")).expect("JSON");

@@ -3,7 +3,7 @@
 //! In: the job and its motion. Out: sentences for the head of the main program, and the lines that the operator compares
 //! before the process is switched on.
 
-use crate::job::{Job, Process, RobotCell, Tool, Unchecked, WheelRotation};
+use crate::job::{Job, LineMotion, Process, RobotCell, Target, Tool, Unchecked, WheelRotation};
 use crate::motion::{Motion, Purpose};
 
 /// Comments at the head of the main program, one a line. `base` is the robot's base in the world as the language writes
@@ -60,6 +60,16 @@ pub fn unchecked(job: &Job) -> Vec<&'static str> {
         all.push("wrist inertia");
     }
     all
+}
+
+/// What every report repeats: no controller has run the program for us, and what of it stands on a model.
+pub fn note(job: &Job) -> &'static str {
+    match &job.target {
+        Some(Target::krl(krl)) if matches!(krl.motion, LineMotion::spline(_)) => {
+            "not controller-verified; the way between the points of a SPLINE block is a model, not KUKA's own"
+        }
+        _ => "not controller-verified",
+    }
 }
 
 /// Characters of a line that the operator's screen surely shows.

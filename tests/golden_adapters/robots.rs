@@ -1,6 +1,6 @@
 #![allow(clippy::disallowed_methods, reason = "tests may use the platform's mathematics")]
-//! fk, ik_all_turns, matrix_to_quat_abc, abb_confdata, robtarget_from_joints: millimetres and degrees outside, SI
-//! inside.
+//! fk, ik_all_turns, matrix_to_quat_abc, abb_confdata, kuka_status_turn, robtarget_from_joints: millimetres and degrees
+//! outside, SI inside.
 
 use nalgebra::{Translation3, UnitQuaternion};
 use polishc::job;
@@ -16,6 +16,7 @@ pub fn run(function: &str, input: &Value, expected: &Value, document: &Value) ->
         "ik_all_turns" => ik_all_turns,
         "matrix_to_quat_abc" => matrix_to_quat_abc,
         "abb_confdata" => abb_confdata,
+        "kuka_status_turn" => kuka_status_turn,
         "robtarget_from_joints" => robtarget_from_joints,
         _ => return None,
     };
@@ -71,6 +72,19 @@ fn abb_confdata(input: &Value, _: &Value, document: &Value) -> Result<Value, Str
     let (_, distances) = arm.posture(&joints);
     Ok(json!({
         "confdata": configuration::confdata(&arm, &joints),
+        "wrist_radius_mm": distances.shoulder * 1e3,
+        "elbow_gamma_deg": arm.elbow_angle(&joints).to_degrees(),
+    }))
+}
+
+fn kuka_status_turn(input: &Value, _: &Value, document: &Value) -> Result<Value, String> {
+    let arm = arm(input, document)?;
+    let joints = joints(&input["joints_deg"])?;
+    let (status, turn) = configuration::status_turn(&arm, &joints);
+    let (_, distances) = arm.posture(&joints);
+    Ok(json!({
+        "S": status,
+        "T": turn,
         "wrist_radius_mm": distances.shoulder * 1e3,
         "elbow_gamma_deg": arm.elbow_angle(&joints).to_degrees(),
     }))
