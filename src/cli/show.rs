@@ -5,7 +5,7 @@ use super::disk::Disk;
 use super::terminal::{Timings, WRONG_INPUT, finish, say, show};
 use crate::diagnostics::Severity;
 use crate::eval::{self, CompiledJob, Options, Said, Shown, ShownField};
-use crate::session::Watch;
+use crate::session::{Watch, allow};
 use crate::source::{Sources, Span};
 use serde_json::{Value, json};
 use std::fmt::Write;
@@ -19,7 +19,8 @@ pub fn job(common: &Common, file: &Path, options: &Options, defaults: bool) -> u
     let timings = Timings::new();
     timings.pass("check");
     let disk = Disk::new(file, common.allow_outside);
-    let done = eval::compile(&disk, &file.to_string_lossy(), options);
+    let mut done = eval::compile(&disk, &file.to_string_lossy(), options);
+    done.diagnostics.retain(|diagnostic| allow::reason(diagnostic, &done.allows).is_none());
     show(common, &done.sources, &done.diagnostics);
     let denied = common.deny == Some(Deny::Warnings);
     if done.diagnostics.iter().any(|d| denied || d.severity == Severity::Error) {
@@ -120,7 +121,7 @@ fn not_said(job: &CompiledJob) -> String {
         (Said::Default { doc, .. }, Shown::Value(value)) => {
             any = true;
             writeln!(out, "\n  {path}: {value}").ok();
-            doc.lines().for_each(|line| drop(writeln!(out, "      {line}")));
+            doc.lines().for_each(|line| out.push_str(&format!("      {line}\n")));
         }
         (Said::LeftOut, _) => left_out.push(path.to_string()),
         _ => {}

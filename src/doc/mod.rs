@@ -217,7 +217,7 @@ impl Reader<'_> {
                 let kind = Kind::Schema {
                     family,
                     fields: found.fields.iter().map(|field| self.field(field)).collect(),
-                    checks: found.checks.iter().map(|(_, text)| text.clone()).collect(),
+                    checks: found.checks.iter().map(|check| check.text.clone()).collect(),
                     used: self.used(|ty| *ty == Type::Schema(id)),
                 };
                 (&schema.name, kind)
@@ -227,6 +227,11 @@ impl Reader<'_> {
                 let text = text(value.span);
                 let schema = text.split(|c: char| !c.is_alphanumeric() && c != '_').next().unwrap_or_default().into();
                 (name, Kind::Value { schema, text, line })
+            }
+            ItemKind::Function { name, .. } => {
+                let found = self.vocabulary.functions.iter().find(|function| function.span == name.span)?;
+                let signature = found.signature.strip_prefix("fn ").unwrap_or(&found.signature).to_string();
+                (name, Kind::Function { signature })
             }
             ItemKind::Unit { name, ty, value } => {
                 let meaning = self.vocabulary.units.unit(&name.text)?;

@@ -25,7 +25,6 @@ use crate::syntax::ast::Allow;
 use evaluate::{Evaluator, Surroundings};
 use std::collections::BTreeSet;
 
-
 /// What the caller may choose.
 #[derive(Clone, Debug, Default)]
 pub struct Options {
