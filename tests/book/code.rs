@@ -64,7 +64,7 @@ pub fn said(done: &Compilation) -> BTreeSet<&'static str> {
 /// What is wrong with a block, if anything is.
 fn wrong(block: &Block) -> Option<String> {
     for (word, _) in &block.words {
-        if !["fragment", "plan", "fails", "warns", "edit"].contains(&word.as_str()) {
+        if !["fragment", "use", "plan", "fails", "warns", "edit"].contains(&word.as_str()) {
             return Some(format!("`{word}` is no word of a mark"));
         }
     }
@@ -77,7 +77,14 @@ fn wrong(block: &Block) -> Option<String> {
     }
     let (files, path) = match block.word("fragment") {
         Some(place) => match fragment(place, &block.text) {
-            Ok(made) => made,
+            Ok((mut files, path)) => {
+                if let Some(modules) = block.word("use") {
+                    let uses: String = modules.split(' ').map(|module| format!("use {module}\n")).collect();
+                    let text = files.0.remove(&path).unwrap_or_else(|| read(Path::new(&path)));
+                    files.0.insert(path.clone(), text.replacen("language 1\n", &format!("language 1\n{uses}"), 1));
+                }
+                (files, path)
+            }
             Err(why) => return Some(why),
         },
         None => (BookFiles(BTreeMap::from([(FILE.to_string(), whole(&block.text))])), FILE.to_string()),

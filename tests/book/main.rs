@@ -7,6 +7,7 @@
 //! | `polish` | a file; `language 1` is put before it if it does not begin so | names, types, dimensions, ranges; no warning |
 //! | `polish,fragment` | entries of the job of `examples/flat_340`, in place of its own or beside them | the same |
 //! | `polish,fragment(workpiece.error)` | entries of that record of the job; `cell` is the cell's record | the same |
+//! | … `,use(std.controllers.krc4)` | the fragment needs this module | |
 //! | … `,plan` | as far as its program | everything |
 //! | … `,fails(E0303)` | wrong on purpose | it says that code, and no other |
 //! | … `,warns(W0702)` | odd on purpose | it says that warning, and nothing else |
@@ -25,6 +26,7 @@ mod code;
 mod commands;
 mod errors;
 mod figures;
+mod functions;
 mod grammar;
 mod links;
 mod orientation;
