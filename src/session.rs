@@ -372,13 +372,29 @@ const FINEST_SPEEDS: SpeedSteps = SpeedSteps::Fixed(1e-7);
 pub fn verify(done: &mut Compilation, program: &Program) {
     let Some(planned) = done.jobs.first() else { return };
     let problems = match (&planned.motion, &planned.surface) {
-        (Some(checked), Some(surface)) => verify::check(program, checked, &planned.job, &**surface),
+        (Some(checked), Some(surface)) => {
+            let mut problems = verify::check(program, checked, &planned.job, &**surface);
+            if let (Some(help), Some(first)) = (other_purpose(program, checked.purpose), problems.first_mut()) {
+                first.help = Some(help.into());
+            }
+            problems
+        }
         _ => vec![target::no_target()],
     };
     let found: Vec<Diagnostic> =
         problems.into_iter().map(|problem| in_text(problem, &planned.origins, &done.sources)).collect();
     done.diagnostics.extend(found);
     render::sort(&mut done.diagnostics);
+}
+
+/// What to say of a program that was written for another purpose: the names of a dry run's files say so.
+fn other_purpose(program: &Program, wanted: Purpose) -> Option<&'static str> {
+    let dry = program.files.iter().any(|file| file.name.to_lowercase().contains("_dry"));
+    match (wanted, dry) {
+        (Purpose::Polish, true) => Some("this is a dry run: compare it with `--for dry_run`"),
+        (Purpose::DryRun, false) => Some("this is no dry run: compare it without `--for dry_run`"),
+        _ => None,
+    }
 }
 
 impl Planned {
@@ -411,7 +427,7 @@ impl Planned {
             programs: report::programs(program),
             path: report::path(path),
             dwell: report::dwell(outcome),
-            predicted: report::predicted(outcome),
+            predicted: report::predicted(outcome, purpose == Purpose::DryRun),
             motion: self.motion.as_deref().map(report::motion),
             inputs,
             requirements: self.requirements.iter().map(|r| report::requirement(r, &results)).collect(),

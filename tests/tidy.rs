@@ -162,3 +162,32 @@ fn the_project_names_no_path_of_one_machine() {
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
+
+#[test]
+fn every_message_is_one_plain_sentence() {
+    let mut wrong = Vec::new();
+    let mut messages = 0;
+    for entry in fs::read_dir("tests/snapshots").expect("tests/snapshots") {
+        let path = entry.expect("an entry").path();
+        let text = fs::read_to_string(&path).expect("a readable snapshot");
+        let Some((source, said)) = text.split_once("---- says ----") else { continue };
+        for line in said.lines() {
+            for word in ["::", "Some(", "None)", "Rule", "unwrap", "Err(", "Ok(", "{:?}", "panicked"] {
+                if line.contains(word) && !source.contains(word) {
+                    wrong.push(format!("{}: `{word}` in: {line}", path.display()));
+                }
+            }
+            let head = line.strip_prefix("error[").or_else(|| line.strip_prefix("warning["));
+            let Some((_, message)) = head.and_then(|rest| rest.split_once("]: ")) else { continue };
+            messages += 1;
+            // What stands in backticks is the job's own.
+            let plain: String = message.split('`').step_by(2).collect::<Vec<_>>().join("x");
+            let capital = plain.starts_with(|c: char| c.is_uppercase());
+            if capital || message.ends_with('.') || plain.contains(". ") {
+                wrong.push(format!("{}: not one sentence in small letters: {message}", path.display()));
+            }
+        }
+    }
+    assert!(messages > 200, "only {messages} messages");
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}

@@ -372,6 +372,10 @@ impl Loader<'_> {
                     Diagnostic::placeless(codes::E0214, format!("`--set {name}`: the job has no `param {name}`"));
                 if let Some(near) = nearest(name, params.keys().map(String::as_str)) {
                     diagnostic = diagnostic.help(format!("did you mean `{near}`?"));
+                    // The parameter that was meant is not also called one without a value.
+                    let span = Span::new(self.out.modules[0].file, 0, 0);
+                    let failed = Expr { span, kind: ExprKind::Missing };
+                    self.out.sets.entry(near.to_string()).or_insert(SetValue::Expression(failed));
                 }
                 self.out.diagnostics.push(match params.len() {
                     0 => diagnostic.note("it has no parameters at all"),
@@ -384,16 +388,18 @@ impl Loader<'_> {
                 self.out.diagnostics.push(Diagnostic::placeless(codes::E0214, message).help("give it once"));
                 continue;
             }
-            let head = "language 1\nlet value = ";
+            // A person sees the option as typed; the parser sees a value of the same bytes at the same place.
+            let typed = format!("polishc … --set {name}=");
+            let file = self.out.sources.add("<command line>", format!("{typed}{value}"));
+            let span = Span::new(file, typed.len(), typed.len() + value.len());
             let quoted = value.len() >= 2 && value.starts_with('"') && value.ends_with('"');
             if *bare && !quoted {
-                let file = self.out.sources.add(format!("--set {name}"), value.as_str());
-                let span = Span::new(file, 0, value.len());
                 self.out.sets.insert(name.clone(), SetValue::Bare(value.clone(), span));
                 continue;
             }
-            let text = format!("{head}{value}");
-            let file = self.out.sources.add(format!("--set {name}"), text.as_str());
+            let head = "language 1\nlet v";
+            let blanks = " ".repeat(typed.len().saturating_sub(head.len() + 1));
+            let text = format!("{head}{blanks}={value}");
             let (ast, mistakes) = syntax::parse(file, &text);
             let one = match ast.items.as_slice() {
                 [item] => match &item.kind {
@@ -412,7 +418,6 @@ impl Loader<'_> {
                 }
                 None => {
                     let message = format!("`--set {name}`: `{value}` is not a value");
-                    let span = Span::new(file, head.len(), text.len());
                     let mut diagnostic = Diagnostic::error(codes::E0214, span, message);
                     diagnostic.notes.extend(mistakes.into_iter().map(|mistake| mistake.message));
                     self.out.diagnostics.push(diagnostic.help("write it as in the job: `--set pitch=0.4mm`"));

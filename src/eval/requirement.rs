@@ -36,6 +36,8 @@ pub struct Outcome {
 #[derive(Clone, Debug, PartialEq)]
 struct Shown {
     term: Term,
+    /// What it is compared with.
+    other: Option<Term>,
     dimension: Dimension,
     /// The unit's name and its size in SI.
     unit: Option<(String, f64)>,
@@ -84,7 +86,10 @@ impl Requirement {
         let value = self.shown.as_ref().and_then(|shown| {
             let value = shown.term.value(results)?;
             Some(match &shown.unit {
-                Some((unit, size)) => format!("{} {unit}", format::number(value / size)),
+                Some((unit, size)) => {
+                    let limit = shown.other.as_ref().and_then(|other| other.value(results));
+                    format!("{} {unit}", enough_digits(value / size, limit.map(|limit| limit / size)))
+                }
                 None => show(value, shown.dimension),
             })
         });
@@ -100,6 +105,14 @@ impl Requirement {
         self.condition.results(&mut names);
         names
     }
+}
+
+/// A result with four digits, which is what a plan is worth; with more where they decide on which side of its limit it lies.
+fn enough_digits(value: f64, limit: Option<f64>) -> String {
+    let sides = |value: f64| limit.map(|limit| (value < limit, value > limit));
+    let shown = |digits: usize| format::significant(value, digits);
+    let same = |digits: &usize| shown(*digits).parse::<f64>().is_ok_and(|rounded| sides(rounded) == sides(value));
+    shown((4..17).find(same).unwrap_or(17))
 }
 
 impl Term {
@@ -352,7 +365,8 @@ impl Evaluator<'_> {
                 let dimension = side.ty.dimension()?;
                 let wavelength = scope.wavelength;
                 let unit = first_unit(other, dimension, wavelength).or_else(|| first_unit(side, dimension, wavelength));
-                Some(Shown { term: self.term(side, scope)?, dimension, unit })
+                let limit = self.term(other, scope);
+                Some(Shown { term: self.term(side, scope)?, other: limit, dimension, unit })
             }
             _ => None,
         }

@@ -81,6 +81,9 @@ pub struct DwellResult {
 /// Figures over the clear aperture: RMS about the mean, PV; `before` is the map as placed, after `subtract`.
 #[derive(Clone, Debug, Serialize)]
 pub struct Predicted {
+    /// Of a dry run: what the figures are about.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub speaks_of: Option<&'static str>,
     pub rms_before_nm: f64,
     pub pv_before_nm: f64,
     pub rms_nm: f64,
@@ -237,9 +240,10 @@ pub fn dwell(outcome: &Outcome) -> DwellResult {
 }
 
 /// The surface before and after.
-pub fn predicted(outcome: &Outcome) -> Predicted {
+pub fn predicted(outcome: &Outcome, dry_run: bool) -> Predicted {
     let figures = &outcome.figures;
     Predicted {
+        speaks_of: dry_run.then_some("the polishing program; a dry run removes nothing"),
         rms_before_nm: rounded(figures.before_rms * 1e9, 3),
         pv_before_nm: rounded(figures.before_pv * 1e9, 3),
         rms_nm: rounded(figures.rms * 1e9, 3),

@@ -89,6 +89,11 @@ pub fn show(value: f64, dimension: Dimension) -> String {
 
 /// A number with at most six significant digits, without trailing zeros; powers of ten outside 1e-4 .. 1e7.
 pub fn number(value: f64) -> String {
+    significant(value, 6)
+}
+
+/// The same with at most `digits` significant digits.
+pub fn significant(value: f64, digits: usize) -> String {
     if value == 0.0 {
         return "0".into();
     }
@@ -96,11 +101,12 @@ pub fn number(value: f64) -> String {
         return if value.is_nan() { "not a number".into() } else { "infinite".into() };
     }
     // The exponent form rounds first, so that 9.9999999 becomes 10 and not 10.0000.
-    let scientific = format!("{value:.5e}");
+    let after = digits.max(1) - 1;
+    let scientific = format!("{value:.after$e}");
     let (digits, exponent) = scientific.split_once('e').unwrap_or((&scientific, "0"));
     let exponent: i32 = exponent.parse().unwrap_or(0);
     if (-4..7).contains(&exponent) {
-        let decimals = (5 - exponent).max(0) as usize;
+        let decimals = (after as i32 - exponent).max(0) as usize;
         trimmed(&format!("{value:.decimals$}")).to_string()
     } else {
         format!("{}e{exponent}", trimmed(digits))

@@ -202,13 +202,13 @@ fn wrong_sets_are_said() {
         ),
         (
             vec![("pitch", "0.4 s"), ("map", "m")],
-            "E0303 2:13 `pitch` expects a length, found a time | expected: Length | found:    Time > units that fit: `nm`, `um`, `mm` and `m`",
+            "E0303 1:23 `pitch` expects a length, found a time | expected: Length | found:    Time > units that fit: `nm`, `um`, `mm` and `m`",
         ),
         (
             vec![("pitch", "0.4"), ("map", "m")],
-            "E0302 2:13 `pitch` expects a length, found a plain number | units that fit: `nm`, `um`, `mm` and `m` > write `0.4 mm`",
+            "E0302 1:23 `pitch` expects a length, found a plain number | units that fit: `nm`, `um`, `mm` and `m` > write `0.4 mm`",
         ),
-        (vec![("pitch", "3 mm"), ("map", "m")], "E0404 2:13 `pitch` is 3 mm, and must be > 0 mm and <= 2 mm"),
+        (vec![("pitch", "3 mm"), ("map", "m")], "E0404 1:23 `pitch` is 3 mm, and must be > 0 mm and <= 2 mm"),
         (vec![("pitch", "1 mm"), ("pitch", "1 mm"), ("map", "m")], "E0214 `--set pitch` is given twice > give it once"),
         (vec![], "E0215 14:7 the parameter `map` has no value > give it one: `--set map=…`"),
     ] {
