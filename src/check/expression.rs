@@ -25,6 +25,9 @@ impl Checker<'_> {
             }
             return Typed::failed(expr.span);
         }
+        if let Some(failed) = self.unquoted(place, expr, want) {
+            return failed;
+        }
         self.depth += 1;
         let found = self.unconformed(place, expr, want.filter(|want| !want.ty.is_failed()));
         self.depth -= 1;
@@ -202,6 +205,11 @@ impl Checker<'_> {
             Ok(unit) => unit,
             Err(super::units::Unknown) => return Typed::failed(span),
         };
+        if let (None, Some(want)) = (&unit, &element_want)
+            && let Some(failed) = self.plain_list(elements, want, span)
+        {
+            return failed;
+        }
         let mut typed: Vec<Typed> = Vec::new();
         for element in elements {
             typed.push(self.element(place, element, unit.as_ref(), element_want.as_ref()));
@@ -267,7 +275,15 @@ impl Checker<'_> {
 
     fn range(&mut self, place: Place, from: &Expr, to: &Expr, span: Span, want: Option<&Want>) -> Typed {
         let end_want = match want.map(|want| (want.ty.required(), want)) {
-            Some((Type::Range(element), want)) => Some(want.part(element)),
+            Some((Type::Range(element), want)) => {
+                // `0.2 .. 20 mm/s`: the unit that one end lacks is that of the other.
+                let unit = [from, to].into_iter().find_map(|end| match &end.kind {
+                    ExprKind::Quantity { unit, .. } => Some(self.sources.slice(unit.span).to_string()),
+                    _ => None,
+                });
+                let part = want.part(element);
+                Some(Want { unit: unit.or(part.unit.clone()), ..part })
+            }
             _ => None,
         };
         let low = self.expression(place, from, end_want.as_ref());
@@ -302,6 +318,9 @@ impl Checker<'_> {
             let a = self.wanted(place, left, Type::Bool, format!("`{word}`"));
             let b = self.wanted(place, right, Type::Bool, format!("`{word}`"));
             return Typed { span, ty: Type::Bool, kind: TypedKind::Binary(operator, Box::new(a), Box::new(b)) };
+        }
+        if let Some(failed) = self.spaced_unit(place, operator, left, right) {
+            return failed;
         }
         let a = self.expression(place, left, None);
         if operator == BinaryOp::Power {

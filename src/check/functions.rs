@@ -70,7 +70,7 @@ impl<'a> Checker<'a> {
     }
 
     pub(super) fn call(&mut self, place: Place, callee: &Expr, arguments: &[Expr], span: Span) -> Typed {
-        let Some(id) = self.callee(place, callee) else {
+        let Some(id) = self.callee(place, callee, arguments, span) else {
             // What stands in the brackets may be wrong as well.
             for argument in arguments {
                 self.expression(place, argument, None);
@@ -117,7 +117,7 @@ impl<'a> Checker<'a> {
     }
 
     /// The function that is called; what is wrong with its name is said.
-    fn callee(&mut self, place: Place, callee: &Expr) -> Option<GlobalId> {
+    fn callee(&mut self, place: Place, callee: &Expr, arguments: &[Expr], whole: Span) -> Option<GlobalId> {
         let (module, name, binding) = match &callee.kind {
             ExprKind::Name(word) => {
                 let is_function =
@@ -167,13 +167,22 @@ impl<'a> Checker<'a> {
                 None
             }
             None => {
-                self.say_unknown_function(place, module, name, callee.span);
+                // Of `shop.thrice` only the last word is wrong.
+                let said = if let ExprKind::Member(_, name) = &callee.kind { name.span } else { callee.span };
+                self.say_unknown_function(place, module, name, said, (arguments, whole));
                 None
             }
         }
     }
 
-    fn say_unknown_function(&mut self, place: Place, module: ModuleId, word: &str, span: Span) {
+    fn say_unknown_function(
+        &mut self,
+        place: Place,
+        module: ModuleId,
+        word: &str,
+        span: Span,
+        (arguments, whole): (&[Expr], Span),
+    ) {
         if self.may_be_broken(module) {
             return;
         }
@@ -185,8 +194,8 @@ impl<'a> Checker<'a> {
         });
         if let Some(near) = nearest(word, names) {
             diagnostic = diagnostic.help(format!("did you mean `{near}`?")).suggest(span, near);
-        } else if self.schema_named(place.module, word).is_some() {
-            diagnostic = diagnostic.help(format!("a record is written `{word} {{ name: value }}`"));
+        } else {
+            diagnostic = self.with_schema_called(place.module, word, arguments, whole, diagnostic);
         }
         self.say(diagnostic);
     }

@@ -234,14 +234,23 @@ impl Loader<'_> {
         let stem = stem.strip_suffix(".polish").unwrap_or_default();
         let plain = stem.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_');
         if !plain || !stem.starts_with(|c: char| c.is_ascii_lowercase()) {
-            self.out.diagnostics.push(
-                Diagnostic::error(
-                    codes::E0204,
-                    span,
-                    format!("`{said}` cannot be used: its name does not make a name in the language"),
-                )
-                .help("name the file in small letters, digits and `_`, ending in `.polish`: `cell.polish`"),
+            let diagnostic = Diagnostic::error(
+                codes::E0204,
+                span,
+                format!("`{said}` cannot be used: its name does not make a name in the language"),
             );
+            let last = said.rsplit('/').next().unwrap_or(said);
+            self.out.diagnostics.push(match said.ends_with(".polish") || last.is_empty() {
+                false if !last.contains('.') => {
+                    let mended = format!("\"{said}.polish\"");
+                    diagnostic.help(format!("write the whole name of the file: `{mended}`")).suggest(span, mended)
+                }
+                false if said.starts_with("std.") => {
+                    diagnostic.help(format!("a module of stdlib has no quotes: `use {said}`")).suggest(span, said)
+                }
+                _ => diagnostic
+                    .help("name the file in small letters, digits and `_`, ending in `.polish`: `cell.polish`"),
+            });
             // A file whose ending is misspelt would have brought its name.
             let text = said.rsplit('/').next().and_then(|last| last.split('.').next()).unwrap_or_default().to_string();
             return (!text.is_empty()).then_some(Use { name: Name { text, span }, module: None, whole: true });

@@ -6,7 +6,7 @@ use super::types::{Type, listed};
 use super::{Checker, Want};
 use crate::diagnostics::{Diagnostic, codes};
 use crate::source::Span;
-use crate::syntax::ast::{Expr, ExprKind, UnaryOp};
+use crate::syntax::ast::{BinaryOp, Expr, ExprKind, UnaryOp};
 use crate::units::format::{units_of, usual_unit};
 use crate::units::{Dimension, UnitTable};
 
@@ -67,7 +67,10 @@ impl Checker<'_> {
         }
         let diagnostic = match (found.ty.dimension(), want.ty.required().dimension()) {
             (Some(have), Some(need)) => self.wrong_dimension(&found, expr, want, have, need),
-            _ => self.wrong_type(&found, want),
+            _ => match self.wrong_type(&found, want) {
+                diagnostic if diagnostic.help.is_none() => self.with_mend(diagnostic, &found, expr, want),
+                diagnostic => diagnostic,
+            },
         };
         self.say(diagnostic);
         Typed::failed(found.span)
@@ -91,12 +94,29 @@ impl Checker<'_> {
             };
         }
         match missing_factor(units, have, need) {
-            Some(factor) => diagnostic.help(factor),
+            Some(factor) => match self.without_angle(found, expr, need) {
+                Some(mended) => diagnostic.help(factor).suggest(expr.span, mended),
+                None => diagnostic.help(factor),
+            },
             None => match need.over(have) {
                 Some(factor) => diagnostic.note(format!("the factor between them: {}", side(units, factor))),
                 None => diagnostic,
             },
         }
+    }
+
+    /// `60 rpm * 180 mm` as the function that makes a speed of it.
+    fn without_angle(&self, found: &Typed, expr: &Expr, need: Dimension) -> Option<String> {
+        let TypedKind::Binary(BinaryOp::Multiply, a, b) = &found.kind else { return None };
+        let ExprKind::Binary(_, _, left, right) = &expr.kind else { return None };
+        let length = |typed: &Typed| typed.ty.dimension() == Some(Dimension::LENGTH);
+        let (angle, radius) = match (length(a), length(b)) {
+            (false, true) => (left, right),
+            (true, false) => (right, left),
+            _ => return None,
+        };
+        let function = if need == Dimension::LENGTH { "arc" } else { "tangential" };
+        Some(format!("{function}({}, {})", self.sources.slice(angle.span), self.sources.slice(radius.span)))
     }
 
     /// The unit of the first quantity in the field's limits, the usual ones before the hard ones.

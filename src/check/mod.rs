@@ -12,6 +12,7 @@ mod functions;
 mod globals;
 pub mod library;
 pub mod load;
+pub mod meant;
 mod mismatch;
 mod names;
 mod record;

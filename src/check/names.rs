@@ -214,7 +214,7 @@ impl Checker<'_> {
             } else if let Some(module) = usable_module(word) {
                 diagnostic.help(format!("add `use {module}` at the top of the file"))
             } else {
-                diagnostic
+                self.with_meaning(place, word, span, diagnostic)
             };
         }
         self.say(diagnostic);
@@ -231,6 +231,10 @@ impl Checker<'_> {
         let mut diagnostic = Diagnostic::error(codes::E0202, span, format!("there is no type `{word}`"));
         if let Some(near) = nearest(word, names) {
             diagnostic = diagnostic.help(format!("did you mean `{near}`?")).suggest(span, near);
+        }
+        if let Some((meant, why)) = super::meant::type_meant(&self.vocabulary.units, word) {
+            diagnostic.suggestions.clear();
+            diagnostic = diagnostic.help(format!("`{word}` {why}: write `{meant}`")).suggest(span, meant);
         }
         self.say(diagnostic);
     }

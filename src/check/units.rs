@@ -1,6 +1,7 @@
 //! Units as written: what `mm/s^2` means, and what the `unit` items of stdlib declare.
 
 use super::load::ModuleId;
+use super::meant::unit_meant;
 use super::mismatch::units_that_fit;
 use super::similar::nearest;
 use super::typed::UnitUse;
@@ -98,7 +99,9 @@ impl Checker<'_> {
         // A unit that would fit here is meant rather than one that would not: `mm` for `MM`, not `mN`.
         let table = &self.vocabulary.units;
         let fits = |unit: &&str| wanted.is_none() || table.unit(unit).map(UnitMeaning::dimension) == wanted;
-        if let Some(near) = nearest(&name.text, table.unit_names().filter(fits)) {
+        if let Some(meant) = unit_meant(table, &name.text) {
+            diagnostic = diagnostic.help(format!("write `{meant}`")).suggest(name.span, meant);
+        } else if let Some(near) = nearest(&name.text, table.unit_names().filter(fits)) {
             diagnostic = diagnostic.help(format!("did you mean `{near}`?")).suggest(name.span, near);
         }
         if let Some(fitting) = wanted.and_then(units_that_fit) {

@@ -209,7 +209,19 @@ impl Evaluator<'_> {
                 if from.as_quantity()?.value > to.as_quantity()?.value {
                     let (low, high) = (self.shown(&from), self.shown(&to));
                     let message = format!("the range `{low} .. {high}` begins above its end");
-                    self.say(Diagnostic::error(codes::E0409, span, message).help(format!("write `{high} .. {low}`")));
+                    let mended = format!("{high} .. {low}");
+                    let diagnostic = Diagnostic::error(codes::E0409, span, message).help(format!("write `{mended}`"));
+                    // Ends that stand elsewhere, under a name, are not written here.
+                    let here = |end: &Value| {
+                        span.file == end.span.file && span.start <= end.span.start && end.span.end <= span.end
+                    };
+                    self.say(match here(&from) && here(&to) {
+                        true => {
+                            let [a, b] = [&to, &from].map(|end| self.sources.slice(end.span));
+                            diagnostic.suggest(span, format!("{a} .. {b}"))
+                        }
+                        false => diagnostic,
+                    });
                     return None;
                 }
                 of(ValueKind::Range(Box::new(from), Box::new(to)))

@@ -2,6 +2,7 @@
 
 use super::evaluate::{Evaluator, Surroundings, compares};
 use super::value::{FieldOfRecord, Value, ValueKind};
+use crate::check::meant::{units_that_keep, was_percent};
 use crate::check::typed::{Typed, TypedKind};
 use crate::check::types::{Check, Limit, Type};
 use crate::diagnostics::{Diagnostic, codes};
@@ -56,7 +57,9 @@ impl Evaluator<'_> {
             {
                 let must = self.must_be(limit);
                 let message = format!("{what} is {shown}, and must be {must}");
-                self.say(Diagnostic::error(codes::E0404, number.span, message));
+                let diagnostic = Diagnostic::error(codes::E0404, number.span, message);
+                let diagnostic = self.with_value_that_keeps(diagnostic, number, &[Some(limit), usual], usual.is_some());
+                self.say(diagnostic);
                 good = false;
                 continue;
             }
@@ -64,13 +67,50 @@ impl Evaluator<'_> {
                 && !self.is_within(quantity.value, limit)
             {
                 let message = format!("{what} is {shown}, which is unusual: it is mostly {}", limit.text);
-                self.say(
-                    Diagnostic::warning(codes::W0401, number.span, message)
-                        .help("check the unit; a slip such as mm/min for um/min looks like this"),
-                );
+                let diagnostic = Diagnostic::warning(codes::W0401, number.span, message);
+                let mut diagnostic = self.with_value_that_keeps(diagnostic, number, &[restriction, Some(limit)], true);
+                diagnostic.help.get_or_insert("check the number and its unit".into());
+                self.say(diagnostic);
             }
         }
         good
+    }
+
+    /// The value that would pass, if the digits are right and only the unit is not.
+    fn with_value_that_keeps(
+        &mut self,
+        diagnostic: Diagnostic,
+        number: &Value,
+        limits: &[Option<&Limit>],
+        is_usual: bool,
+    ) -> Diagnostic {
+        let checked = self.checked;
+        let ValueKind::Quantity { quantity, written: true } = &number.kind else { return diagnostic };
+        let text = self.sources.slice(number.span).trim();
+        let digits = text.trim_start_matches(['-', ' ']);
+        let length = digits.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(digits.len());
+        let Ok(value) = digits[..length].parse::<f64>() else { return diagnostic };
+        let value = if text.starts_with('-') { -value } else { value };
+        let mut keeps = |value: f64| limits.iter().flatten().all(|limit| self.is_within(value, limit));
+        if quantity.dimension.is_number() {
+            let percent = length == digits.len() && limits.iter().flatten().any(|limit| was_percent(limit));
+            return match percent && keeps(value / 100.0) {
+                true => diagnostic.help(format!("write `{text} %`")).suggest(number.span, format!("{text} %")),
+                false => diagnostic,
+            };
+        }
+        // Without a usual range nearly every unit would do.
+        if !is_usual {
+            return diagnostic;
+        }
+        let units =
+            units_that_keep(&checked.vocabulary.units, quantity.dimension, (value, digits[length..].trim()), keeps);
+        if units.is_empty() {
+            return diagnostic;
+        }
+        let sign = if value < 0.0 { "-" } else { "" };
+        let values: Vec<String> = units.iter().map(|unit| format!("`{sign}{} {unit}`", &digits[..length])).collect();
+        diagnostic.help(format!("check the unit: {} would be usual", values.join(" or ")))
     }
 
     fn must_be(&self, limit: &Limit) -> String {

@@ -528,6 +528,18 @@ impl<'a> Reader<'a> {
         let items = "items begin with `use`, `let`, `param`, `fn`, `assert`, `family`, `schema` or `job`";
         let diagnostic = Diagnostic::error(codes::E0123, place, message).note(items);
         let headless = matches!(entry.parts.as_slice(), [Part::Lexeme(_), Part::Group(_)]);
+        let word = self.short(part);
+        let gives = self.writer.kind(entry.parts.get(1)) == Some(LexemeKind::Operator)
+            && entry.parts.get(1).is_some_and(|part| self.writer.slice(*part) == "=");
+        if let Some(ours) = super::slips::item_meant(&word).filter(|_| !field && entry.parts.len() > 1) {
+            self.say(diagnostic.help(format!("write `{ours}`")).suggest(place, ours));
+            return;
+        }
+        if gives && self.writer.kind(Some(&part)) == Some(LexemeKind::Word) {
+            let gap = Span { end: start, ..place };
+            self.say(diagnostic.help(format!("a value is given a name by `let {word} = …`")).suggest(gap, "let "));
+            return;
+        }
         self.say(if field {
             diagnostic.help("put it inside `job name { … }`")
         } else if headless {

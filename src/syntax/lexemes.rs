@@ -4,6 +4,7 @@
 //! A token that is wrong but whose meaning is plain (`1.`, `−`, an unclosed text) is handed on mended, so that
 //! nothing further is said about it.
 
+use super::foreign::{self, QUOTES};
 use super::tokens::{Token, TokenKind};
 use crate::diagnostics::{Diagnostic, codes};
 use crate::source::{FileId, Span};
@@ -85,11 +86,33 @@ pub fn lexemes(file: FileId, text: &str, tokens: &[Token], diagnostics: &mut Vec
     let (mut line, mut line_start, mut indent, mut begins_line) = (0, 0, 0, true);
     let mut docs_from = 0;
     let mut foreign_line = None;
+    let (mut open, mut read_up_to): (Vec<Bracket>, u32) = (Vec::new(), 0);
     for token in tokens {
+        if token.start < read_up_to {
+            continue;
+        }
+        let place = foreign::Place { file, text, before: &lexed.lexemes, inside: open.last().copied() };
+        let mut token = *token;
+        let mut known = None;
+        if let Some(found) = foreign::foreign(&place, &token) {
+            diagnostics.push(found.diagnostic);
+            read_up_to = found.end;
+            token.end = found.end;
+            match found.read {
+                Some((kind, mended)) => known = Some((kind, mended, found.lost)),
+                None => continue,
+            }
+        }
+        let token = &token;
         let slice = &text[token.start as usize..token.end as usize];
         let span = Span { file, start: token.start, end: token.end };
         let (mut mended, mut lost) = (None, false);
         let kind = match token.kind {
+            _ if known.is_some() => {
+                let (kind, writing, unknown) = known.unwrap_or((LexemeKind::Unknown, String::new(), true));
+                (mended, lost) = (Some(writing), unknown);
+                kind
+            }
             TokenKind::Comment { closed: true } => {
                 if let Some(diagnostic) = comment_in_unit(file, text, token, &lexed.lexemes) {
                     diagnostics.push(diagnostic);
@@ -127,11 +150,14 @@ pub fn lexemes(file: FileId, text: &str, tokens: &[Token], diagnostics: &mut Vec
                 if !closed {
                     let whole = slice.trim_end();
                     let end = span.start + whole.len() as u32;
-                    diagnostics.push(
-                        Diagnostic::error(codes::E0104, Span { end, ..span }, "this text is never closed")
-                            .label("a text ends on its line")
-                            .help("close it with `\"`"),
-                    );
+                    let diagnostic = Diagnostic::error(codes::E0104, Span { end, ..span }, "this text is never closed")
+                        .label("a text ends on its line")
+                        .help("close it with `\"`");
+                    // Where more may stand on the line than the text, nobody knows its end.
+                    diagnostics.push(match whole.contains([',', '}', ')', ']', '{', '\\']) || whole.contains("//") {
+                        true => diagnostic,
+                        false => diagnostic.suggest(Span { start: end, end, ..span }, "\""),
+                    });
                     (mended, lost) = (Some("\"\"".to_string()), true);
                 }
                 LexemeKind::Text
@@ -141,14 +167,18 @@ pub fn lexemes(file: FileId, text: &str, tokens: &[Token], diagnostics: &mut Vec
                 let plain = plain_writing(slice);
                 // The second of two foreign quotes, say, belongs to the first.
                 if plain.is_some() || foreign_line != Some(line) {
-                    let rest = text[token.end as usize..].lines().next().unwrap_or("");
-                    diagnostics.push(unknown(slice, rest, span, plain));
+                    diagnostics.push(unknown(slice, span, plain));
                     foreign_line = if plain.is_some() { foreign_line } else { Some(line) };
                 }
                 mended = plain.map(str::to_string);
                 plain.map_or(LexemeKind::Unknown, punctuation)
             }
         };
+        match kind {
+            LexemeKind::Open(bracket) => open.push(bracket),
+            LexemeKind::Close(_) => drop(open.pop()),
+            _ => {}
+        }
         if begins_line {
             indent = token.start - line_start;
         }
@@ -227,10 +257,7 @@ fn plain_writing(slice: &str) -> Option<&'static str> {
     })
 }
 
-/// Quotes of word processors and of other languages.
-const QUOTES: [char; 9] = ['“', '”', '„', '«', '»', '‘', '’', '\'', '`'];
-
-fn unknown(slice: &str, rest: &str, span: Span, plain: Option<&'static str>) -> Diagnostic {
+fn unknown(slice: &str, span: Span, plain: Option<&'static str>) -> Diagnostic {
     // A run of a thousand stray bytes is one mistake; its beginning is enough to recognise it.
     let mut shown: String = slice.chars().take(8).map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect();
     if shown.len() < slice.len() && slice.chars().count() > 8 {
@@ -239,22 +266,10 @@ fn unknown(slice: &str, rest: &str, span: Span, plain: Option<&'static str>) -> 
     let diagnostic = Diagnostic::error(codes::E0101, span, format!("`{shown}` has no meaning in this language"));
     match (plain, slice) {
         (Some(plain), _) => diagnostic.help(format!("write `{plain}`")).suggest(span, plain),
-        (None, s) if s.contains(QUOTES) => {
-            let diagnostic = diagnostic.help("a text stands between straight double quotes: `\"…\"`");
-            match rest.char_indices().find(|(_, c)| QUOTES.contains(c)) {
-                Some((at, quote)) if slice.chars().count() == 1 && !rest[..at].contains('"') => {
-                    let start = span.end + at as u32;
-                    let closing = Span { start, end: start + quote.len_utf8() as u32, ..span };
-                    diagnostic.suggest(span, "\"").suggest(closing, "\"")
-                }
-                _ => diagnostic,
-            }
-        }
-        (None, "°") => diagnostic.help("write `deg`"),
-        (None, "²" | "³") => diagnostic.help("write a power as `^2` or `^3`"),
-        (None, s) if s.starts_with('#') => diagnostic.help("a comment begins with `//`"),
+        (None, s) if s.contains(QUOTES) => diagnostic.help("a text stands between straight double quotes: `\"…\"`"),
+        (None, "°") => diagnostic.help("a difference of temperature is in `K`: `20 K`"),
         (None, s) if s.starts_with('&') => diagnostic.help("write `and`"),
-        (None, "!") => diagnostic.help("write `not`"),
+        (None, s) if s.contains('±') => diagnostic.help("write both ends of a range: `a .. b`"),
         _ => diagnostic,
     }
 }

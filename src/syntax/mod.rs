@@ -10,12 +10,14 @@ mod allowed;
 pub mod ast;
 mod entries;
 mod expressions;
+mod foreign;
 mod forgotten;
 pub mod format;
 mod grammar;
 mod items;
 mod lexemes;
 mod lists;
+mod slips;
 pub mod tokens;
 mod types;
 mod written;
@@ -120,7 +122,7 @@ impl<'a> Reader<'a> {
             }
             Err(stopped) => {
                 if !entry.damaged {
-                    self.explain(written, &stopped);
+                    self.explain(entry, written, &stopped);
                 }
                 self.use_docs_within(entry);
                 Err(Unreadable)
@@ -129,8 +131,12 @@ impl<'a> Reader<'a> {
     }
 
     /// Says where and why the grammar stopped.
-    fn explain(&mut self, written: &Written, stopped: &Stopped) {
+    fn explain(&mut self, entry: &RawEntry, written: &Written, stopped: &Stopped) {
         let part = written.part_at(stopped.at);
+        if let Some(slip) = self.slip(entry, part).filter(|_| !stopped.limit) {
+            self.say(slip);
+            return;
+        }
         let span = match part {
             Some(part) => {
                 let (start, end) = self.writer.range(part);

@@ -93,9 +93,9 @@ impl<'a> Writer<'a> {
             let (mut start, end) = self.range(part);
             let joined;
             let writing = match part {
-                Part::Lexeme(_) if i == 0 && slip == Some(Slip::TwoNames) => continue,
-                Part::Lexeme(_) if i == 1 && slip == Some(Slip::TwoNames) => {
-                    joined = self.say_two_names(entry.parts[0], part, said);
+                Part::Lexeme(_) if matches!(slip, Some(Slip::Pieces(n)) if i + 1 < n) => continue,
+                Part::Lexeme(_) if slip == Some(Slip::Pieces(i + 1)) => {
+                    joined = self.say_pieces(&entry.parts[..=i], said);
                     start = self.range(entry.parts[0]).0;
                     &joined
                 }
@@ -180,7 +180,8 @@ impl<'a> Writer<'a> {
         }
         match self.kind(Some(&second)) {
             Some(LexemeKind::Operator) if self.slice(second) == "=" => Some(Slip::Equals),
-            Some(LexemeKind::Word) if self.kind(entry.parts.get(2)) == Some(LexemeKind::Colon) => Some(Slip::TwoNames),
+            Some(LexemeKind::Word) if self.kind(entry.parts.get(2)) == Some(LexemeKind::Colon) => Some(Slip::Pieces(2)),
+            Some(LexemeKind::Operator) if self.slice(second) == "-" => self.hyphens(entry),
             Some(LexemeKind::Number | LexemeKind::Text | LexemeKind::Word) => Some(Slip::NoColon),
             None if matches!(second, Part::Group(g) if self.groups[g].bracket == Bracket::Square) => {
                 Some(Slip::NoColon)
@@ -189,14 +190,32 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// The two are read as the one name that may be meant.
-    fn say_two_names(&self, first: Part, second: Part, said: &mut Vec<Diagnostic>) -> String {
-        let place = Span { file: self.file, start: self.range(first).0, end: self.range(second).1 };
-        let (first, second) = (self.slice(first), self.slice(second));
-        let name = if first == second { first.to_string() } else { format!("{first}_{second}") };
+    /// `point-step: 4 mm`: how many parts the name has.
+    fn hyphens(&self, entry: &RawEntry) -> Option<Slip> {
+        let colon = entry.parts.iter().position(|part| self.kind(Some(part)) == Some(LexemeKind::Colon))?;
+        let pieces = &entry.parts[..colon];
+        let name = |part: &Part| matches!(self.kind(Some(part)), Some(LexemeKind::Word | LexemeKind::Number));
+        let good =
+            pieces.iter().enumerate().all(|(i, part)| if i % 2 == 0 { name(part) } else { self.slice(*part) == "-" });
+        let close = pieces.windows(2).all(|pair| self.range(pair[0]).1 == self.range(pair[1]).0);
+        (good && close && colon % 2 == 1).then_some(Slip::Pieces(colon))
+    }
+
+    /// The pieces are read as the one name that may be meant.
+    fn say_pieces(&self, pieces: &[Part], said: &mut Vec<Diagnostic>) -> String {
+        let (first, last) = (pieces[0], pieces[pieces.len() - 1]);
+        let place = Span { file: self.file, start: self.range(first).0, end: self.range(last).1 };
+        let words: Vec<&str> = pieces.iter().map(|part| self.slice(*part)).filter(|word| *word != "-").collect();
+        let name = if words.len() == 2 && words[0] == words[1] { words[0].to_string() } else { words.join("_") };
+        let hyphens = words.len() < pieces.len();
+        let written = words.join(if hyphens { "-" } else { " " });
+        let help = match hyphens {
+            true => format!("write `{name}`; a `-` subtracts"),
+            false => format!("write `{name}`, or a comma between two fields"),
+        };
         said.push(
-            Diagnostic::error(codes::E0107, place, format!("`{first} {second}` is not one name"))
-                .help(format!("write `{name}`, or a comma between two fields"))
+            Diagnostic::error(codes::E0107, place, format!("`{written}` is not one name"))
+                .help(help)
                 .suggest(place, name.clone()),
         );
         name
@@ -214,6 +233,6 @@ impl<'a> Writer<'a> {
 enum Slip {
     Equals,
     NoColon,
-    /// `outer diameter: 4 mm`.
-    TwoNames,
+    /// `outer diameter: 4 mm`, `outer-diameter: 4 mm`: the name is in so many parts.
+    Pieces(usize),
 }
