@@ -46,7 +46,7 @@ fn main() {
                 }
             });
             time(3, &mut || {
-                assert!(verify::check(black_box(&program), &motion, &job).is_empty());
+                assert!(verify::check(black_box(&program), &motion, &job, &polishc::job::Plane {}).is_empty());
             });
         }
         println!("{threads} threads:");
