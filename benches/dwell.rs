@@ -6,8 +6,8 @@
 use polishc::dwell::least_squares::LinearOperator;
 use polishc::dwell::removal::{Removal, Samples, Window};
 use polishc::dwell::{Footprint, SpeedSteps, Task, predict, solve};
-use polishc::job::{Annulus, Aperture, Circle, Corrective, Form, FreePiston, Lines, Piston, Plane, Raster};
-use polishc::metrology::Grid;
+use polishc::height_map::Grid;
+use polishc::job::{Annulus, Aperture, Circle, Corrective, FreePiston, Lines, Piston, Plane, Raster};
 use polishc::path::{ToolPath, raster};
 use polishc::tool::InfluenceFunction;
 use polishc::units::si::{Acceleration, Angle, Length, Range, Speed};
@@ -37,6 +37,7 @@ fn example() -> Example {
         line_pitch: mm(0.5),
         direction: Angle(0.0),
         lines: Lines::serpentine,
+        chord_error: mm(0.01),
         holes: None,
     };
     let ring = |outer: f64, inner: f64| {
@@ -51,7 +52,7 @@ fn example() -> Example {
         error.values.push(form * 1e-9);
     }
     Example {
-        path: raster::plan(&raster, &Form::plane(Plane {}), 100_000).expect("a path"),
+        path: raster::plan(&raster, &Plane {}, 100_000).expect("a path"),
         error,
         clear: ring(323.0, 70.0),
         edge: ring(340.0, 60.0),
@@ -72,8 +73,10 @@ fn task(example: &Example) -> Task<'_> {
         error: &example.error,
         clear: &example.clear,
         edge: &example.edge,
+        surface: &Plane {},
         influence: &example.influence,
         azimuth: 0.0,
+        standoff: 0.0,
         dwell: &example.dwell,
         speed_steps: SpeedSteps::Fixed(1e-6),
     }
@@ -96,7 +99,7 @@ fn prediction(bencher: divan::Bencher) {
     let outcome = solve(task(&example), &mut Vec::new()).expect("a solved run");
     let footprint = Footprint::of(&example.influence, 0.0);
     bencher.bench_local(|| {
-        predict(outcome.timed.clone(), &footprint, &example.error, &example.clear, &example.dwell)
+        predict(outcome.timed.clone(), &footprint, &Plane {}, &example.error, &example.clear, &example.dwell)
             .expect("a prediction")
     });
 }

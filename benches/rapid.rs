@@ -5,6 +5,7 @@
 #[path = "../tests/program/mod.rs"]
 mod program;
 
+use polishc::job::Plane;
 use polishc::motion::Purpose;
 use polishc::verify::rapid::reader;
 use polishc::{target, verify};
@@ -44,7 +45,7 @@ fn main() {
                 }
             });
             time(3, &mut || {
-                assert!(verify::check(black_box(&program), &motion, &job).is_empty());
+                assert!(verify::check(black_box(&program), &motion, &job, &Plane {}).is_empty());
             });
         }
         println!("{threads} threads:");

@@ -4,7 +4,7 @@
 //! a ripple of the earlier polishing, and a few bumps.
 #![allow(clippy::disallowed_methods, reason = "this program writes files, once, by hand")]
 
-use polishc::metrology::metropro::{self, Settings};
+use polishc::height_map::metropro::{self, Settings};
 
 fn main() {
     for (path, bytes) in maps() {

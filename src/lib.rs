@@ -18,6 +18,7 @@ pub mod cli;
 pub mod diagnostics;
 pub mod dwell;
 pub mod eval;
+pub mod height_map;
 pub mod job;
 pub mod metrology;
 pub mod motion;

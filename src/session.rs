@@ -11,6 +11,7 @@ use crate::diagnostics::render;
 use crate::diagnostics::{Diagnostic, Problem, Severity};
 use crate::dwell::{self, SpeedSteps, TimedPath};
 use crate::eval::{self, Requirement};
+use crate::height_map;
 use crate::job::{self, Job, Origins, Unchecked};
 use crate::metrology::{self, ErrorMap};
 use crate::motion::{self, Checked, Motion, Purpose};
@@ -23,6 +24,8 @@ use crate::target::{self, Program};
 use crate::tool::{self, InfluenceFunction};
 use crate::verify::{self, Verified};
 use crate::workpiece;
+use crate::workpiece::form::{self, Surface};
+use std::sync::Arc;
 
 /// Told when a pass begins.
 pub trait Watch {
@@ -107,6 +110,8 @@ pub struct Planned {
     pub origins: Origins,
     pub requirements: Vec<Requirement>,
     pub error_map: Option<ErrorMap>,
+    /// The nominal surface.
+    surface: Option<Arc<dyn Surface>>,
     /// The path, until a later pass takes it over; see [`Planned::path`].
     path: Option<ToolPath>,
     /// Its `timed` is empty once motion has taken it over; see [`Planned::timed`].
@@ -134,6 +139,7 @@ pub fn compile(files: &dyn FileProvider, request: &Request, watch: &dyn Watch) -
             origins: job.origins,
             requirements: job.requirements,
             error_map: None,
+            surface: None,
             path: None,
             dwell: None,
             motion: None,
@@ -229,14 +235,22 @@ impl Passes<'_> {
             if problems.iter().any(|p| p.severity == Severity::Error) { Err(problems) } else { Ok(problems) }
         };
         let mut odd = refuse(workpiece::check(&job.workpiece))?;
-        odd.extend(refuse(tool::check(&job.tool, &job.workpiece.form))?);
+        odd.extend(refuse(tool::check(&job.tool))?);
         odd.extend(refuse(output_checks(&job, until))?);
         self.said.extend(odd);
 
         self.watch.pass("path");
         let limits = job.target.as_ref().map(target::limits);
         let most_points = limits.as_ref().map_or(path::MOST_POINTS, |limits| limits.most_points);
-        let tool_path = path::plan(&job.path, &job.workpiece, most_points).map_err(one)?;
+        let surface: Arc<dyn Surface> = form::surface(&job.workpiece.form, self.files).map_err(one)?.into();
+        self.planned.surface = Some(surface.clone());
+        let surface = &*surface;
+        refuse(workpiece::check_surface(&job.workpiece, surface).into_iter().collect())?;
+        let tool_path = path::plan(&job.path, &job.workpiece, surface, most_points).map_err(one)?;
+        let places = (0..tool_path.points.len()).map(|i| [tool_path.points.x[i], tool_path.points.y[i]]);
+        refuse(tool::check_fit(&job.tool, surface, places).into_iter().collect())?;
+        let job::Path::raster(raster) = &job.path;
+        path::chord::check(&tool_path, surface, raster.chord_error.0).map_err(one)?;
         if until == Until::Path {
             self.planned.path = Some(tool_path);
             return Ok(());
@@ -249,7 +263,6 @@ impl Passes<'_> {
 
         self.watch.pass("dwell");
         let job::Dwell::corrective(corrective) = &job.dwell;
-        let job::Path::raster(raster) = &job.path;
         let speed_steps = limits.as_ref().map_or(FINEST_SPEEDS, |limits| limits.speed_steps);
         let task = dwell::Task {
             path: tool_path,
@@ -257,14 +270,23 @@ impl Passes<'_> {
             error: &error_map.grid,
             clear: &job.workpiece.clear,
             edge: &job.workpiece.edge,
+            surface,
             influence: &influence,
             azimuth: job.tool.azimuth(),
+            standoff: job.tool.standoff(),
             dwell: corrective,
             speed_steps,
         };
         let outcome = dwell::solve(task, self.said).map_err(one)?;
         if let Some(limits) = &limits {
-            dwell::check_segment_times(&outcome.timed, corrective, &limits.segment_times, self.said).map_err(one)?;
+            dwell::check_segment_times(
+                &outcome.timed,
+                job.tool.standoff(),
+                corrective,
+                &limits.segment_times,
+                self.said,
+            )
+            .map_err(one)?;
         }
         self.planned.dwell = Some(outcome);
         self.planned.error_map = Some(error_map);
@@ -297,7 +319,7 @@ impl Passes<'_> {
         let Some(checked) = &self.planned.motion else { return Ok(()) };
         let draft = target::emit(&self.planned.name, checked, &job)?;
         self.watch.pass("verify");
-        let program = verify::verify(draft, checked, &job)?;
+        let program = verify::verify(draft, checked, &job, surface)?;
         self.planned.program = Some(program);
         Ok(())
     }
@@ -349,15 +371,15 @@ const FINEST_SPEEDS: SpeedSteps = SpeedSteps::Fixed(1e-7);
 /// The job must have been compiled as far as [`Until::Motion`].
 pub fn verify(done: &mut Compilation, program: &Program) {
     let Some(planned) = done.jobs.first() else { return };
-    let problems = match &planned.motion {
-        Some(checked) => {
-            let mut problems = verify::check(program, checked, &planned.job);
+    let problems = match (&planned.motion, &planned.surface) {
+        (Some(checked), Some(surface)) => {
+            let mut problems = verify::check(program, checked, &planned.job, &**surface);
             if let (Some(help), Some(first)) = (other_purpose(program, checked.purpose), problems.first_mut()) {
                 first.help = Some(help.into());
             }
             problems
         }
-        None => vec![target::no_target()],
+        _ => vec![target::no_target()],
     };
     let found: Vec<Diagnostic> =
         problems.into_iter().map(|problem| in_text(problem, &planned.origins, &done.sources)).collect();
@@ -435,8 +457,9 @@ impl Planned {
             job::Influence::measured(spot) => Some(spot.file.as_str()),
         };
         let data = std::iter::once(map.file.as_str())
+            .chain(self.job.workpiece.form.files())
             .chain(spot)
-            .filter_map(|path| Some(input(path, &files.read(path, metrology::MOST_BYTES).ok()?)));
+            .filter_map(|path| Some(input(path, &files.read(path, height_map::MOST_BYTES).ok()?)));
         texts.map(|(_, name, text)| input(name, text.as_bytes())).chain(data).collect()
     }
 
@@ -482,7 +505,7 @@ pub fn inspect(
     unit: Option<f64>,
     pixel: Option<f64>,
 ) -> Result<metrology::Inspection, Problem> {
-    let found = metrology::file_bytes(path, files).and_then(|bytes| metrology::inspect(&bytes, path, unit, pixel));
+    let found = height_map::file_bytes(path, files).and_then(|bytes| metrology::inspect(&bytes, path, unit, pixel));
     found.map_err(|mut problem| {
         // No job stands behind: the sentence must say itself which file it speaks of.
         if !problem.message.contains(path) {

@@ -28,7 +28,7 @@ mod common;
 
 use common::TestFiles;
 use polishc::diagnostics::render::{self, Style};
-use polishc::metrology::metropro::{self, Settings};
+use polishc::height_map::metropro::{self, Settings};
 use polishc::report::ResultFile;
 use polishc::session::{self, Request, Unwatched};
 use std::collections::BTreeMap;

@@ -6,8 +6,8 @@ use polishc::diagnostics::codes::*;
 use polishc::dwell::removal::{Samples, Window, deposit};
 use polishc::dwell::speed::{Limits, Segments, times};
 use polishc::dwell::{Footprint, Outcome, SegmentTimes, SpeedSteps, Task, check_segment_times, predict, solve};
+use polishc::height_map::Grid;
 use polishc::job::*;
-use polishc::metrology::Grid;
 use polishc::path::{ToolPath, raster};
 use polishc::tool::InfluenceFunction;
 use polishc::units::si::*;
@@ -78,9 +78,10 @@ impl Run {
             line_pitch: Length(self.pitch),
             direction: Angle(self.direction),
             lines: self.lines,
+            chord_error: Length(1e-5),
             holes: None,
         };
-        raster::plan(&raster, &Form::plane(Plane {}), 1_000_000).expect("a path")
+        raster::plan(&raster, &Plane {}, 1_000_000).expect("a path")
     }
 
     fn solve(&self) -> (Result<Outcome, Problem>, Vec<Problem>) {
@@ -91,8 +92,10 @@ impl Run {
             error: &self.error,
             clear: &self.clear,
             edge: &self.edge,
+            surface: &Plane {},
             influence: &self.influence,
             azimuth: 0.0,
+            standoff: 0.0,
             dwell: &self.dwell,
             speed_steps: SpeedSteps::Fixed(1e-6),
         };
@@ -162,7 +165,7 @@ fn prediction_agrees_with_the_definition() {
     let mut run = run;
     run.dwell.acceleration = Acceleration(1e4);
     let outcome = run.good();
-    let segments = Segments::new(&outcome.timed.path);
+    let segments = Segments::new(&outcome.timed.path, 0.0);
     let speeds: Vec<f64> = segments.point.iter().map(|&p| outcome.timed.speed[p]).collect();
     let seconds = times(&speeds, &segments, &run.limits());
     let footprint = Footprint::of(&run.influence, 0.0);
@@ -182,7 +185,8 @@ fn predicting_again_gives_the_same() {
     let run = run(map(0.4e-3, bump));
     let outcome = run.good();
     let footprint = Footprint::of(&run.influence, 0.0);
-    let again = predict(outcome.timed.clone(), &footprint, &run.error, &run.clear, &run.dwell).expect("a prediction");
+    let again = predict(outcome.timed.clone(), &footprint, &Plane {}, &run.error, &run.clear, &run.dwell)
+        .expect("a prediction");
     let bits = |grid: &Grid| grid.values.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
     assert_eq!(bits(&again.removal), bits(&outcome.removal));
     assert_eq!(bits(&again.residual), bits(&outcome.residual));
@@ -319,9 +323,11 @@ fn an_off_centre_spot_is_led_the_other_way() {
             line_pitch: run.pitch,
             error: &run.error,
             clear: &run.clear,
+            surface: &Plane {},
             edge: &run.edge,
             influence: &run.influence,
             azimuth,
+            standoff: 0.0,
             dwell: &run.dwell,
             speed_steps: SpeedSteps::Fixed(1e-6),
         };
@@ -434,7 +440,7 @@ fn quick_moves_are_the_controllers_business() {
     let timed = run.good().timed;
     let check = |controller: SegmentTimes| {
         let mut warnings = Vec::new();
-        let result = check_segment_times(&timed, &run.dwell, &controller, &mut warnings);
+        let result = check_segment_times(&timed, 0.0, &run.dwell, &controller, &mut warnings);
         (result.err().map(|p| p.code), warnings.iter().map(|w| w.code).collect::<Vec<_>>())
     };
     assert_eq!(check(controller(10e-3, 19e-3)), (None, vec![]));

@@ -34,10 +34,16 @@ fn fresh_folder(name: &str) -> PathBuf {
     folder
 }
 
-/// Builds a job, checks `result.json` against the files beside it, and has the program verified.
+/// Builds the only job of a file, checks `result.json` against the files beside it, and has the program verified.
 fn build_and_verify(job: &str, folder: &Path, sets: &[&str]) -> serde_json::Value {
+    build_and_verify_one(job, None, folder, sets)
+}
+
+/// The same with one job of several.
+fn build_and_verify_one(job: &str, name: Option<&str>, folder: &Path, sets: &[&str]) -> serde_json::Value {
     let out = folder.to_str().expect("a path in UTF-8");
-    good(&[&["build", job, "-o", out], sets].concat());
+    let one = name.map_or(Vec::new(), |name| vec!["--job", name]);
+    good(&[&["build", job, "-o", out], one.as_slice(), sets].concat());
     let text = std::fs::read_to_string(folder.join("result.json")).expect("result.json");
     let result: serde_json::Value = serde_json::from_str(&text).expect("JSON");
     let job_result = result["jobs"][0].clone();
@@ -72,7 +78,8 @@ fn build_and_verify(job: &str, folder: &Path, sets: &[&str]) -> serde_json::Valu
         .collect();
     assert_eq!(there, named, "{job}: the folder holds what result.json names");
     let paths: Vec<&str> = paths.iter().map(String::as_str).collect();
-    good(&[&["verify"], paths.as_slice(), &["--job", job], sets].concat());
+    let one = name.map_or(Vec::new(), |name| vec!["--name", name]);
+    good(&[&["verify"], paths.as_slice(), &["--job", job], one.as_slice(), sets].concat());
     job_result
 }
 
@@ -89,7 +96,7 @@ fn every_example_builds_and_holds() {
         assert!(Path::new(&job).is_file(), "{name}: an example's job is named as its folder");
         let result = build_and_verify(&job, &fresh_folder(&name), &[]);
         assert_eq!(result["name"], name.as_str());
-        assert_eq!(result["note"], "not controller-verified");
+        assert!(result["note"].as_str().is_some_and(|note| note.starts_with("not controller-verified")), "{name}");
         found += 1;
     }
     assert!(found > 0);
@@ -117,7 +124,11 @@ fn the_maps_in_the_tree_are_those_that_are_made() {
         // Not compared by assert_eq, which would print a megabyte.
         assert!(there == *bytes, "{path} is not what `cargo run --example make_maps` makes");
     }
-    let made: BTreeSet<&str> = made.iter().map(|(path, _)| *path).collect();
+    let mut made: BTreeSet<&str> = made.iter().map(|(path, _)| *path).collect();
+    // Data of a study of dwell solvers, whose results are compared with ours: not ours to make, and not to be changed.
+    let given = ("examples/sphere_200/map_b.npy", MAP_B);
+    assert_eq!(blake3::hash(&std::fs::read(given.0).expect("the study's map")).to_hex().as_str(), given.1);
+    made.insert(given.0);
     let mut todo = vec![PathBuf::from("examples")];
     while let Some(path) = todo.pop() {
         if path.is_dir() {
@@ -125,6 +136,61 @@ fn the_maps_in_the_tree_are_those_that_are_made() {
         } else if path.extension().is_some_and(|e| ["dat", "npy"].iter().any(|data| e == *data)) {
             let name = path.to_string_lossy().replace('\\', "/");
             assert!(made.contains(name.as_str()), "{name} is data that make_maps does not make");
+        }
+    }
+}
+
+/// BLAKE3 of the study's map B.
+const MAP_B: &str = "11f669f4044091a130e47f83b3e3f75c6127f085301ce65ee182f7c36cc10be5";
+
+/// The sphere against the study that its map is from: least squares on a spiral of hexagons, 2.2 mm wide, with the same spot
+/// and the same feeds left 1.10 nm RMS in 753 to 790 s (free and fixed even layer). A raster of 1 mm on the curved part does
+/// as well.
+#[test]
+fn sphere_200_does_as_well_as_the_study() {
+    let result = build_and_verify("examples/sphere_200/sphere_200.polish", &fresh_folder("sphere_study"), &[]);
+    let figure = |group: &str, name: &str| result[group][name].as_f64().expect("a number");
+    let (before, after) = (figure("predicted", "rms_before_nm"), figure("predicted", "rms_nm"));
+    let (time, points) = (figure("dwell", "total_s"), result["path"]["points"].as_u64().expect("a number"));
+    println!("sphere_200: RMS {before} nm -> {after} nm in {time} s, {points} points");
+    // The study's own figure of the map inside 180 mm: 15.2317 nm, piston and tilt removed.
+    assert!((before - 15.232).abs() < 0.001, "{before}");
+    assert!(after <= 1.05 * 1.105, "{after}");
+    // Lines at v = -118 + j mm, points at multiples of 4 mm inside the circle.
+    let count: u64 = (-118_i64..=118).map(|v| 2 * (((118 * 118 - v * v) as f64).sqrt() / 4.0).floor() as u64 + 1).sum();
+    assert_eq!(points, count);
+}
+
+/// A map of 71 x 71 pixels of 1 mm in nm: a saddle, a slope and two bumps.
+fn small_map() -> Vec<u8> {
+    let bump = |x: f64, y: f64, width: f64, height: f64| height * (-(x * x + y * y) / (2.0 * width * width)).exp();
+    let values: Vec<f64> = (0..71 * 71)
+        .map(|i| {
+            let (x, y) = (f64::from(i % 71) - 35.0, 35.0 - f64::from(i / 71));
+            0.1 * (x * x - y * y) + 2.0 * x + bump(x - 9.0, y + 5.0, 7.0, 200.0) + bump(x + 14.0, y - 8.0, 6.0, -90.0)
+        })
+        .collect();
+    polishc::height_map::npy::write(71, &values).expect("whole rows")
+}
+
+/// Curved parts with straight edges, for both makers of robots.
+#[test]
+fn curved_jobs_build_and_verify_on_both_targets() {
+    let folder = fresh_folder("curved");
+    std::fs::create_dir_all(&folder).expect("a folder");
+    let map = folder.join("map.npy");
+    std::fs::write(&map, small_map()).expect("the map");
+    let set = format!("map={}", map.to_str().expect("UTF-8"));
+    for (file, jobs) in [
+        ("tests/curved/asphere_rectangle.polish", ["asphere_rapid", "asphere_krl"]),
+        ("tests/curved/off_axis_hexagon.polish", ["segment_rapid", "segment_krl"]),
+    ] {
+        for name in jobs {
+            let result = build_and_verify_one(file, Some(name), &folder.join(name), &["--set", &set]);
+            let before = result["predicted"]["rms_before_nm"].as_f64().expect("a number");
+            let after = result["predicted"]["rms_nm"].as_f64().expect("a number");
+            println!("{name}: RMS {before} nm -> {after} nm");
+            assert!(after < 0.25 * before, "{name}: {before} {after}");
         }
     }
 }

@@ -6,18 +6,20 @@
 //! does. Its forward kinematics then place the flange, and matrices composed here from the job's own numbers (base, user,
 //! object, tool; none the identity, the tool askew) place the tool frame in the part.
 //!
-//! Expected, by hand: the form is the plane z = 0, its normal (0, 0, 1). The contact point lies one gap from the tool
-//! centre point along the tool's z axis, which points into the glass. The raster's points are the lattice of the job:
-//! lines at v = -48 + j * pitch while |v| <= 48, points at whole multiples u of the step with u² + v² <= 48² (mm, exact in
-//! whole numbers), turned by `direction`; every second line of a serpentine backwards. Tool x lies at `azimuth`.
+//! Expected, by hand: height and normal of every form by the formulas of `replay/forms.rs`. The contact point lies one gap
+//! from the tool centre point along the tool's z axis, which points into the glass against the normal. The raster's points
+//! are the lattice of the job, laid onto the surface along z: lines at v = -48 + j * pitch while |v| <= 48, points at whole
+//! multiples u of the step with u² + v² <= 48² (mm, exact in whole numbers), turned by `direction`; every second line of a
+//! serpentine backwards. Tool x lies along `azimuth`, laid into the tangent plane.
 //! Tolerances are those of the project: 1 um, and 0.001 degrees; for joints, what five written decimals of a degree mean.
 #![allow(clippy::disallowed_methods, clippy::print_stdout, reason = "tests use mathematics and files, and say figures")]
 
 mod replay;
 
+use replay::forms::{FORMS, FormCase};
 use replay::program_text::{PathPoint, ProgramText, RunText};
 use replay::rigid::{Frame, Pose, Quaternion, degrees_between, distance, dot};
-use replay::{ASKEW, FrameNumbers, Frames, compile, job_text, npy, program_text, world_part};
+use replay::{ASKEW, FrameNumbers, Frames, compile_with, job_text, npy, program_text, world_part};
 use rs_opw_kinematics::glam::{DMat3, DQuat, DVec3};
 use rs_opw_kinematics::kinematic_traits::{Kinematics, Pose as TheirPose};
 use rs_opw_kinematics::kinematics_impl::OPWKinematics;
@@ -125,11 +127,12 @@ fn map() -> Vec<u8> {
     npy(61, &values)
 }
 
-fn text_of(case: &Case) -> String {
+fn text_of(case: &Case, form: &FormCase) -> String {
     let (azimuth, gap, direction) =
         (format!("{} deg", case.azimuth), format!("{} mm", case.gap), format!("{} deg", case.direction));
     let (step, pitch) = (format!("{} mm", case.step), format!("{} mm", case.pitch));
     let changes = [
+        ("form", form.text),
         ("azimuth", azimuth.as_str()),
         ("gap", &gap),
         ("direction", &direction),
@@ -189,6 +192,7 @@ fn nearest(oracle: &OPWKinematics, pose: &TheirPose, previous: &[f64; 6]) -> [f6
 /// Base, user, object and tool frame of the job, and what follows from them.
 struct Replay<'a> {
     case: &'a Case,
+    form: &'a FormCase,
     oracle: OPWKinematics,
     /// The part in the robot's base, and the tool in the flange: from the job.
     base_part: Frame,
@@ -200,10 +204,11 @@ struct Replay<'a> {
 }
 
 impl Replay<'_> {
-    fn new<'a>(case: &'a Case, text: &ProgramText) -> Replay<'a> {
+    fn new<'a>(case: &'a Case, form: &'a FormCase, text: &ProgramText) -> Replay<'a> {
         let world_base = case.frames.base.frame().inverse();
         Replay {
             case,
+            form,
             oracle: oracle(),
             base_part: world_base.then(&world_part(&case.frames)),
             tool: case.frames.tool.frame(),
@@ -230,13 +235,14 @@ impl Replay<'_> {
         let into_the_glass = tool.axis(2);
         let reach = self.case.gap + height;
         let contact: [f64; 3] = std::array::from_fn(|i| tool.at[i] + reach * into_the_glass[i]);
-        assert!(contact[2].abs() <= place_tolerance, "{what}: {} mm off the plane", contact[2]);
-        let off = distance(contact, [place[0], place[1], 0.0]);
+        let ([x, y], (expected, normal)) = (place, self.form.at(place[0], place[1]));
+        let off_surface = self.form.at(contact[0], contact[1]).0[2] - contact[2];
+        assert!(off_surface.abs() <= place_tolerance, "{what}: {off_surface} mm off the surface");
+        let off = distance(contact, expected);
         assert!(off <= place_tolerance, "{what}: {off} mm from its place in the lattice");
-        let lean = degrees_between(into_the_glass, [0.0, 0.0, -1.0]);
+        let lean = degrees_between(into_the_glass, normal.map(|n| -n));
         assert!(lean <= ANGLE, "{what}: {lean} deg off the normal");
-        let azimuth = self.case.azimuth.to_radians();
-        let turned = degrees_between(tool.axis(0), [azimuth.cos(), azimuth.sin(), 0.0]);
+        let turned = degrees_between(tool.axis(0), self.form.tool_x(x, y, self.case.azimuth));
         assert!(turned <= ANGLE, "{what}: {turned} deg off the azimuth");
         [off, lean.max(turned)]
     }
@@ -291,26 +297,46 @@ impl Replay<'_> {
     }
 }
 
+fn contact_points_and_normals_are_those_of(form: &FormCase, case: &Case) {
+    let name = format!("{}, {}", form.name, case.name);
+    let done = compile_with(text_of(case, form), map(), form.files());
+    let text = program_text(&done.jobs[0]);
+    let replay = Replay::new(case, form, &text);
+    let lines = lattice(case);
+    let runs = text.runs();
+    // A serpentine of less than a module's 4800 points goes in one run, one way lifts after every line.
+    assert_eq!(runs.len(), if case.one_way { lines.len() } else { 1 }, "{name}");
+    let mut left = lines.as_slice();
+    let mut worst = [0.0_f64; 2];
+    for (k, run) in runs.iter().enumerate() {
+        let (these, rest) = left.split_at(if case.one_way { 1 } else { lines.len() });
+        left = rest;
+        let off = replay.run(run, these, &format!("{name}, run {k}"));
+        worst = [worst[0].max(off[0]), worst[1].max(off[1])];
+    }
+    println!("{name}: at most {:.4} um and {:.2e} deg off", worst[0] * 1e3, worst[1]);
+    assert!(left.is_empty(), "{name}: lines are missing");
+}
+
 #[test]
-fn contact_points_and_normals_are_those_of_the_plane() {
+fn a_plane_in_every_cell() {
     for case in &CASES {
-        let done = compile(text_of(case), map());
-        let text = program_text(&done.jobs[0]);
-        let replay = Replay::new(case, &text);
-        let lines = lattice(case);
-        let runs = text.runs();
-        // A serpentine of less than a module's 4800 points goes in one run, one way lifts after every line.
-        assert_eq!(runs.len(), if case.one_way { lines.len() } else { 1 }, "{}", case.name);
-        let mut left = lines.as_slice();
-        let mut worst = [0.0_f64; 2];
-        for (k, run) in runs.iter().enumerate() {
-            let (these, rest) = left.split_at(if case.one_way { 1 } else { lines.len() });
-            left = rest;
-            let off = replay.run(run, these, &format!("{}, run {k}", case.name));
-            worst = [worst[0].max(off[0]), worst[1].max(off[1])];
-        }
-        println!("{}: at most {:.4} um and {:.2e} deg off", case.name, worst[0] * 1e3, worst[1]);
-        assert!(left.is_empty(), "{}: lines are missing", case.name);
+        contact_points_and_normals_are_those_of(&FORMS[0], case);
+    }
+}
+
+#[test]
+fn every_form_in_an_askew_cell() {
+    for form in &FORMS[1..] {
+        contact_points_and_normals_are_those_of(form, &CASES[0]);
+    }
+}
+
+/// Another azimuth, direction and gap, points as close as a steep form needs.
+#[test]
+fn every_form_on_a_leaning_table() {
+    for form in &FORMS[1..] {
+        contact_points_and_normals_are_those_of(form, &CASES[2]);
     }
 }
 
@@ -318,13 +344,14 @@ fn contact_points_and_normals_are_those_of_the_plane() {
 #[test]
 fn a_frame_that_is_not_the_jobs_is_noticed() {
     let case = &CASES[0];
-    let text = program_text(&compile(text_of(case), map()).jobs[0]);
+    let form = &FORMS[0];
+    let text = program_text(&compile_with(text_of(case, form), map(), Vec::new()).jobs[0]);
     let lines = lattice(case);
     let fails = |change: &dyn Fn(&mut Frames)| {
         let mut changed = Case { frames: case.frames, name: "changed", ..CASES[0] };
         change(&mut changed.frames);
         let run = text.runs().remove(0);
-        let replay = Replay::new(&changed, &text);
+        let replay = Replay::new(&changed, form, &text);
         let target = run.points[500].target;
         let joints = replay.joints(&target, &run.start.map(f64::to_radians));
         let tool = replay.tool_in_part(&joints);
@@ -342,7 +369,7 @@ fn a_frame_that_is_not_the_jobs_is_noticed() {
     // in the joints, which must fit the `MoveAbsJ` of the text.
     let mut changed = Case { frames: case.frames, name: "changed", ..CASES[0] };
     changed.frames.base.at[2] += 0.01;
-    let replay = Replay::new(&changed, &text);
+    let replay = Replay::new(&changed, form, &text);
     let run = text.runs().remove(0);
     let tool = replay.tool_in_part(&run.start.map(f64::to_radians));
     let over = [lines[0][0][0], lines[0][0][1], changed.gap + 40.0];
@@ -356,7 +383,7 @@ fn speeds_are_those_of_the_dwell_plan() {
     let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("geometry_speeds");
     let _ = std::fs::remove_dir_all(&folder);
     std::fs::create_dir_all(&folder).expect("a folder");
-    std::fs::write(folder.join("trial.polish"), text_of(&CASES[1])).expect("a job");
+    std::fs::write(folder.join("trial.polish"), text_of(&CASES[1], &FORMS[0])).expect("a job");
     std::fs::write(folder.join("map.npy"), map()).expect("a map");
     let out = folder.join("out");
     let run = Command::new(env!("CARGO_BIN_EXE_polishc"))

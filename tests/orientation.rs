@@ -19,9 +19,10 @@
 
 mod replay;
 
+use replay::forms::FORMS;
 use replay::program_text::ProgramText;
 use replay::rigid::distance;
-use replay::{ASKEW, compile, job_text, npy, program_text, world_part};
+use replay::{ASKEW, compile, compile_with, job_text, npy, program_text, world_part};
 
 /// Place of the bump in the part, mm.
 const BUMP: [f64; 2] = [11.0, 6.0];
@@ -123,6 +124,29 @@ fn the_wrong_words_polish_elsewhere() {
     let program = build(picture(SIZE, MIDDLE, place, 600.0), &[("positive", "low")]);
     let off = distance(slowest(&program).0, bump_in_the_world());
     assert!(off > 6.0, "the wrong sign: only {off:.2} mm from the bump");
+}
+
+/// On every curved form, each in another orientation: the map's x and y are those of the part, and the tool stands one gap
+/// from the bump along the normal there. The steep ones turn it by ten degrees at the bump.
+#[test]
+fn the_bump_is_found_on_every_form() {
+    for (i, form) in FORMS.iter().enumerate().skip(1) {
+        let (view, up, place) = ORIENTATIONS[i % ORIENTATIONS.len()];
+        let (positive, height) = if i % 2 == 0 { ("high", 600.0) } else { ("low", -600.0) };
+        let changes = [("form", form.text), ("view", view), ("up", up), ("positive", positive)];
+        let text = job_text(&ASKEW, &changes);
+        let done = compile_with(text, picture(SIZE, MIDDLE, place, height), form.files());
+        let program = program_text(&done.jobs[0]);
+        let (found, feed) = slowest(&program);
+        let (contact, normal) = form.at(BUMP[0], BUMP[1]);
+        let expected = world_part(&ASKEW).place(std::array::from_fn(|k| contact[k] + normal[k]));
+        let off = distance(found, expected);
+        assert!(
+            off <= PIXEL,
+            "{}, {view}, {up}: the slowest feed, {feed} mm/s, is {off:.2} mm from the bump",
+            form.name
+        );
+    }
 }
 
 /// A wavefront of a double pass reads twice the surface: the same glass, so the same moves.

@@ -4,7 +4,7 @@
 mod program;
 
 use polishc::diagnostics::Problem;
-use polishc::job::Job;
+use polishc::job::{Job, Plane};
 use polishc::motion::{Checked, Motion, Purpose};
 use polishc::target::{self, Draft, Program, ProgramFile};
 use polishc::verify;
@@ -41,7 +41,7 @@ static LINEAR: LazyLock<Built> = LazyLock::new(|| {
 });
 
 fn check(built: &Built, program: &Program) -> Vec<Problem> {
-    verify::check(program, &built.motion, &built.job)
+    verify::check(program, &built.motion, &built.job, &Plane {})
 }
 
 fn verifies(built: &Built) {
@@ -115,10 +115,11 @@ fn emitted_programs_verify() {
 
 #[test]
 fn verify_gives_the_proof() {
-    let verified = verify::verify(Draft(SMALL.program.clone()), &SMALL.motion, &SMALL.job).expect("the program");
+    let verified =
+        verify::verify(Draft(SMALL.program.clone()), &SMALL.motion, &SMALL.job, &Plane {}).expect("the program");
     assert_eq!(*verified, SMALL.program);
     let draft = Draft(replaced(&SMALL.program, MAIN, "$ORI_TYPE=#VAR", "$ORI_TYPE=#CONSTANT"));
-    assert!(verify::verify(draft, &SMALL.motion, &SMALL.job).is_err());
+    assert!(verify::verify(draft, &SMALL.motion, &SMALL.job, &Plane {}).is_err());
 }
 
 /// A name, the edited program, the code that must be among the problems, and words that must be in its message.
@@ -657,7 +658,7 @@ fn the_way_between_the_points_is_compared_with_the_surface() {
     let job = krl_job_with(&[]);
     let motion = plan(&job, curved(raster(1, 11)), Purpose::Polish);
     let program = target::emit("flat_340", &motion, &job).expect("a program").0;
-    let found = verify::check(&program, &motion, &job);
+    let found = verify::check(&program, &motion, &job, &Plane {});
     assert!(found.iter().all(|problem| problem.code.as_str() == "E1015"), "{found:?}");
     // z = x²/4 m over the line: at x = 14 mm 49 um.
     insta::assert_snapshot!(format!("[{}] {}", found[0].code, found[0].message));

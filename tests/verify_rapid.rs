@@ -4,7 +4,7 @@
 mod program;
 
 use polishc::diagnostics::Problem;
-use polishc::job::Job;
+use polishc::job::{Job, Plane};
 use polishc::motion::{Checked, Motion, Purpose};
 use polishc::target::{self, Draft, Program, ProgramFile};
 use polishc::verify;
@@ -37,7 +37,7 @@ fn on_controller() -> Built {
 }
 
 fn check(built: &Built, program: &Program) -> Vec<Problem> {
-    verify::check(program, &built.motion, &built.job)
+    verify::check(program, &built.motion, &built.job, &Plane {})
 }
 
 fn text(program: &Program, file: usize) -> String {
@@ -134,10 +134,10 @@ fn emitted_programs_verify() {
 #[test]
 fn verify_gives_the_proof() {
     let draft = Draft(SMALL.program.clone());
-    let verified = verify::verify(draft, &SMALL.motion, &SMALL.job).expect("the emitted program");
+    let verified = verify::verify(draft, &SMALL.motion, &SMALL.job, &Plane {}).expect("the emitted program");
     assert_eq!(*verified, SMALL.program);
     let draft = Draft(replaced(&SMALL.program, 0, "ConfL\\Off", "ConfL\\On"));
-    assert!(verify::verify(draft, &SMALL.motion, &SMALL.job).is_err());
+    assert!(verify::verify(draft, &SMALL.motion, &SMALL.job, &Plane {}).is_err());
 }
 
 /// A name, the edited program, the code that must be among the problems, and words that must be in its message.

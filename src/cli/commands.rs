@@ -9,7 +9,7 @@ use super::output::{self, Output, RealFolder};
 use super::terminal::{BUG, Timings, WRONG_COMMAND, WRONG_INPUT, finish, say, show};
 use crate::diagnostics::codes as code;
 use crate::diagnostics::{Code, Diagnostic};
-use crate::metrology;
+use crate::height_map;
 use crate::motion::Purpose;
 use crate::report::{Met, ResultFile};
 use crate::session::{self, Compilation, Planned, Request, Until, Watch};
@@ -200,7 +200,7 @@ fn files_of(done: &Compilation, planned: &Planned, emit: &[Emit], programs: bool
 
 /// One intermediate form, if the job came so far.
 fn emitted(done: &Compilation, planned: &Planned, form: Emit) -> Option<(String, Vec<u8>)> {
-    let npy = |columns: usize, values: Vec<f64>| metrology::npy::write(columns, &values);
+    let npy = |columns: usize, values: Vec<f64>| height_map::npy::write(columns, &values);
     let (ending, bytes) = match form {
         Emit::Ast => ("ast.txt", Some(done.ast().into_bytes())),
         Emit::Job => ("job.json", serde_json::to_vec_pretty(&planned.job).ok()),

@@ -25,12 +25,13 @@ pub struct SegmentTimes {
 /// than is usual for it (W0705).
 pub fn check_segment_times(
     timed: &TimedPath,
+    standoff: f64,
     dwell: &Corrective,
     wanted: &SegmentTimes,
     warnings: &mut Vec<Problem>,
 ) -> Result<(), Problem> {
     let limits = Limits { least: dwell.feed.from.0, greatest: dwell.feed.to.0, acceleration: dwell.acceleration.0 };
-    let segments = Segments::new(&timed.path);
+    let segments = Segments::new(&timed.path, standoff);
     let speeds: Vec<f64> = segments.point.iter().map(|&p| timed.speed[p]).collect();
     let times = speed::times(&speeds, &segments, &limits);
     let Some(i) = (0..times.len()).min_by(|&a, &b| times[a].total_cmp(&times[b])) else { return Ok(()) };
@@ -114,11 +115,12 @@ pub(super) fn check_start(segments: &Segments, limits: &Limits) -> Result<(), Pr
     Err(Problem::error(codes::E0701, "dwell.feed", message).help("lower the least feed, or make `point_step` longer"))
 }
 
-/// Whether map and lines are fine enough for the spot.
+/// Whether map and lines are fine enough for the spot, on slopes down to the cosine `steepest`.
 pub(super) fn check_resolution(
     field: &Field,
     footprint: &Footprint,
     line_pitch: f64,
+    steepest: f64,
     warnings: &mut Vec<Problem>,
 ) -> Result<(), Problem> {
     let pixel = field.window.pixel[0].max(field.window.pixel[1]);
@@ -127,27 +129,28 @@ pub(super) fn check_resolution(
         pixel * 1e3,
         footprint.sigma * 1e3
     );
-    if pixel > footprint.sigma / 2.0 {
+    let sigma = footprint.sigma * steepest;
+    if pixel > sigma / 2.0 {
         return Err(Problem::error(codes::E0706, "workpiece.error", message)
             .note("pixels wider than half a sigma cannot carry what the tool removes")
             .help(format!(
                 "use a map with pixels of at most {:.3} mm; up to {:.3} mm it works with a warning",
-                footprint.sigma / 4.0 * 1e3,
-                footprint.sigma / 2.0 * 1e3
+                sigma / 4.0 * 1e3,
+                sigma / 2.0 * 1e3
             )));
     }
-    if pixel > footprint.sigma / 4.0 {
+    if pixel > sigma / 4.0 {
         warnings.push(
             Problem::warning(codes::W0700, "workpiece.error", message)
                 .note("the predicted removal is right to a few per cent only")
-                .help(format!("use a map with pixels of at most {:.3} mm", footprint.sigma / 4.0 * 1e3)),
+                .help(format!("use a map with pixels of at most {:.3} mm", sigma / 4.0 * 1e3)),
         );
     }
     // A ripple of a thousandth of the removal lies below what influence functions repeat to.
     const RIPPLE: f64 = 1e-3;
     // Lines at a distance p of Gaussian profile with width sigma leave a ripple of 2 exp(-2 pi² sigma²/p²) of the depth
     // (the first term of the Fourier series): 0.03 % at 1.5 sigma, 1.4 % at 2 sigma.
-    let ratio = std::f64::consts::PI * footprint.sigma / line_pitch;
+    let ratio = std::f64::consts::PI * sigma / line_pitch;
     let ripple = 2.0 * libm::exp(-2.0 * ratio * ratio);
     if ripple > RIPPLE {
         // Beyond half of the depth the first term alone says too little, and the strips are plain to see.
@@ -163,7 +166,7 @@ pub(super) fn check_resolution(
         );
         warnings.push(
             Problem::warning(codes::W0701, "path.line_pitch", message)
-                .help(format!("a `line_pitch` of {:.3} mm leaves less than 0.1 %", 1.6 * footprint.sigma * 1e3)),
+                .help(format!("a `line_pitch` of {:.3} mm leaves less than 0.1 %", 1.6 * sigma * 1e3)),
         );
     }
     Ok(())

@@ -6,8 +6,8 @@
 
 use super::removal::Window;
 use crate::diagnostics::{Problem, codes};
+use crate::height_map::Grid;
 use crate::job::Aperture;
-use crate::metrology::Grid;
 
 /// The error map where it counts: its pixels around the clear aperture.
 pub struct Field {

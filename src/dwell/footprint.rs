@@ -3,7 +3,7 @@
 //! In: a removal rate over the place relative to the contact point, in the part's axes. Out: a [`Footprint`]: that rate
 //! with its reach, its volume and its width, which is all that the removal operators ask of a tool.
 
-use crate::tool::{InfluenceFunction, part_to_tool};
+use crate::tool::{Azimuth, InfluenceFunction, part_to_tool};
 
 /// Removal rate around the contact point, in the axes of the part. Positive takes glass away.
 pub struct Footprint<'a> {
@@ -14,12 +14,16 @@ pub struct Footprint<'a> {
     pub volume_rate: f64,
     /// The finest detail that grids and sub-samples must resolve, metres: for a Gaussian its sigma.
     pub sigma: f64,
+    /// Direction of the tool's x axis on the part, in which the rate is carried onto a surface that is not flat.
+    pub azimuth: Azimuth,
+    /// Distance of the tool centre point from the contact along the normal, metres: programmed speeds are its speeds.
+    pub standoff: f64,
 }
 
 impl<'a> Footprint<'a> {
     /// Of any rate in m/s; it must vanish beyond `radius`.
     pub fn new(rate: impl Fn(f64, f64) -> f64 + Sync + 'a, radius: f64, volume_rate: f64, sigma: f64) -> Footprint<'a> {
-        Footprint { rate: Box::new(rate), radius, volume_rate, sigma }
+        Footprint { rate: Box::new(rate), radius, volume_rate, sigma, azimuth: Azimuth::new(0.0), standoff: 0.0 }
     }
 
     /// Of a tool whose x axis points along `azimuth` on the part (radians, from +x towards +y).
@@ -28,12 +32,20 @@ impl<'a> Footprint<'a> {
             let [x, y] = part_to_tool(dx, dy, azimuth);
             influence.rate(x, y)
         };
-        Footprint::new(rate, influence.radius(), influence.volume_rate(), influence.sigma_scale())
+        let flat = Footprint::new(rate, influence.radius(), influence.volume_rate(), influence.sigma_scale());
+        Footprint { azimuth: Azimuth::new(azimuth), ..flat }
     }
 
     /// Removal rate at `(dx, dy)` from the contact point, m/s.
     pub fn rate(&self, dx: f64, dy: f64) -> f64 {
         (self.rate)(dx, dy)
+    }
+
+    /// The part's x and y axis as the tool carries them along into the tangent plane over the outward unit normal
+    /// `normal`: [`rate`](Self::rate) holds there for distances along them. `None` where the normal runs along the azimuth.
+    pub fn carried_axes(&self, normal: [f64; 3]) -> Option<[[f64; 3]; 2]> {
+        let [x, y, _] = self.azimuth.axes(normal).ok()?;
+        Some(self.azimuth.carried(x, y))
     }
 }
 

@@ -5,9 +5,10 @@
 //!
 //! The unknowns are the times of the segments. [`removal`] says what they take off, [`least_squares`] finds them,
 //! [`speed`] keeps them to what the arm can do, [`prediction`] says from the rounded speeds, by an operator of its own,
-//! what will come of it. Model and notation: region-adaptive and full-aperture dwell with segments as unknowns, bounded
+//! what will come of it; [`curved`] says it where the part is not flat. Model and notation: region-adaptive and full-aperture dwell with segments as unknowns, bounded
 //! least squares by projected Barzilai-Borwein steps, even layer free, fixed or held.
 
+mod curved;
 mod feasibility;
 mod field;
 pub mod footprint;

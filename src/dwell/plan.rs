@@ -2,18 +2,21 @@
 //!
 //! In: a [`Task`]. Out: an [`Outcome`], or what makes the run impossible, with the number that would mend it.
 
+use super::curved::{self, Relief};
 use super::feasibility::{check_base, check_resolution, check_solved, check_start, limits};
 use super::field::Field;
 use super::footprint::{Footprint, floor_depth};
 use super::least_squares::{self, Base, LinearOperator, Stop, Wanted};
-use super::removal::{Removal, Samples};
+use super::removal::{Removal, Samples, Window};
 use super::speed::{self, Limits, Segments};
 use super::{SpeedSteps, TimedPath, prediction};
 use crate::diagnostics::{Problem, codes};
+use crate::height_map::Grid;
 use crate::job::{Aperture, Corrective};
-use crate::metrology::Grid;
 use crate::path::{self, Link, ToolPath};
 use crate::tool::InfluenceFunction;
+use crate::workpiece::form::Surface;
+use rayon::prelude::*;
 
 /// Everything that a corrective run is planned from. Lengths in metres, times in seconds.
 pub struct Task<'a> {
@@ -24,9 +27,13 @@ pub struct Task<'a> {
     pub error: &'a Grid,
     pub clear: &'a Aperture,
     pub edge: &'a Aperture,
+    /// The nominal surface that the path lies on.
+    pub surface: &'a dyn Surface,
     pub influence: &'a InfluenceFunction,
     /// Direction of the tool's x axis on the part, radians.
     pub azimuth: f64,
+    /// Distance of the tool centre point from the contact along the normal, metres.
+    pub standoff: f64,
     pub dwell: &'a Corrective,
     /// Programmed speeds are of these.
     pub speed_steps: SpeedSteps,
@@ -84,6 +91,10 @@ const MOST_ROUNDS: usize = 6;
 /// than what the influence function is known to.
 const LIMIT_COST: f64 = 0.05;
 
+/// Corrections of the wanted depths on a curved part. Each shrinks what the solver's plane gets wrong to a part of it (a
+/// tenth to a third on slopes up to 30 degrees), so that three bring it below the limits' own cost.
+const MOST_CORRECTIONS: usize = 5;
+
 /// Steps of a solve that starts from a solved neighbour.
 const LATER_ITERATIONS: usize = 40;
 
@@ -102,74 +113,94 @@ const STOP: Stop =
 pub fn solve(task: Task, warnings: &mut Vec<Problem>) -> Result<Outcome, Problem> {
     let dwell = task.dwell;
     let limits = limits(dwell, task.speed_steps)?;
-    let footprint = Footprint::of(task.influence, task.azimuth);
+    let mut footprint = Footprint::of(task.influence, task.azimuth);
+    footprint.standoff = task.standoff;
     let ends = path::ends::check(&task.path, task.edge, footprint.radius, limits.greatest, limits.acceleration)?;
-    let segments = Segments::new(&task.path);
+    let segments = Segments::new(&task.path, task.standoff);
     check_start(&segments, &limits)?;
     let field = Field::new(task.error, task.clear)?;
-    check_resolution(&field, &footprint, task.line_pitch, warnings)?;
+    curved::check(task.surface, &field, &footprint, warnings)?;
+    // On a slope pixels and lines lie farther apart on the glass than across the axis.
+    let steepest = steepest(task.surface, &field);
+    check_resolution(&field, &footprint, task.line_pitch, steepest, warnings)?;
     let floor = floor_depth(footprint.volume_rate, limits.greatest, task.line_pitch);
     let fraction = dwell.removal_fraction;
     let base = check_base(&dwell.piston, fraction * field.greatest(), floor, &footprint, &limits)?;
 
     // The solver's grid: pixels as coarse as the spot allows, since the spot smooths away everything finer.
     let coarse = field.binned(footprint.sigma / 4.0);
+    let relief = Relief::of(task.surface, &coarse.window);
     let samples = Samples::segments(&task.path, footprint.sigma / 2.0);
     let mut operator = Removal::new(&samples, &footprint, coarse.window);
+    if relief.is_some() {
+        operator = operator.on_slopes(cosines(task.surface, &coarse.window));
+    }
     drop(samples);
     let depths: Vec<f64> = coarse.values.iter().map(|height| fraction * height).collect();
     // A segment's fastest: full feed, as far as the arm gets there from rest and back.
     let mut fastest = vec![limits.greatest; segments.length.len()];
     speed::limit(&mut fastest, &segments, &limits);
-    let mut lower = speed::times(&fastest, &segments, &limits);
+    let lower = speed::times(&fastest, &segments, &limits);
     let slowest = vec![limits.least; segments.length.len()];
     let mut upper = speed::times(&slowest, &segments, &limits);
     raise(&mut upper, &lower);
     let (start, inside) = start(&mut operator, &coarse, &segments, &depths, base)?;
 
     let stop = Stop { elsewhere: (1.0 - fraction) * coarse.rms(), ..STOP };
-    let mut solved = {
-        let wanted = Wanted { depths: &depths, weights: &coarse.weights, lower: &lower, upper: &upper, base };
-        least_squares::solve(&mut operator, &wanted, &start, stop)
+    let mut solver = Solver {
+        operator: &mut operator,
+        segments: &segments,
+        limits: &limits,
+        weights: &coarse.weights,
+        lower: &lower,
+        upper: &upper,
+        base,
+        stop,
+        iterations: 0,
+        rounds: 0,
     };
-    let (mut iterations, mut rounds) = (solved.iterations, 1);
-    let mut best: Option<(f64, Vec<f64>)> = None;
-    let all = |rms: f64| libm::hypot(rms, stop.elsewhere);
-    loop {
-        let speeds = speed::for_times(&solved.times, &segments, &limits);
-        let times = speed::times(&speeds, &segments, &limits);
-        let wanted = Wanted { depths: &depths, weights: &coarse.weights, lower: &lower, upper: &upper, base };
-        let (rms, _) = least_squares::evaluate(&mut operator, &wanted, &times);
-        let earlier = best.as_ref().map_or(f64::INFINITY, |(rms, _)| *rms);
-        if rms < earlier {
-            best = Some((rms, speeds));
-        }
-        // Good enough: what the arm's limits cost is small beside the residual, or another round gained nothing.
-        let cheap = all(rms) <= (1.0 + LIMIT_COST) * all(solved.rms) || rms <= STOP.rms;
-        if cheap || rounds > MOST_ROUNDS || rms > (1.0 - LIMIT_COST) * earlier {
-            break;
-        }
-        for i in 0..times.len() {
-            if times[i] > solved.times[i] * (1.0 + 1e-6) {
-                lower[i] = lower[i].max(times[i]);
+    let mut solved = solver.solve(&depths, &start, stop.most_iterations);
+    let mut timed = timed_path(task.path, &segments, &solved.speeds, &limits, task.speed_steps);
+    if let Some(relief) = &relief {
+        // The solver reckons on a plane. What the surface makes of its times is predicted, and what is then missing asked for
+        // beside: the plane's operator only has to point the right way.
+        let mut target = depths.clone();
+        let mut best: Option<Solved> = None;
+        for correction in 0..=MOST_CORRECTIONS {
+            set_speeds(&mut timed, &segments, &solved.speeds);
+            let removed = relief.removal(&timed, &footprint, &limits);
+            let missing = missing(&depths, &removed, &coarse.weights);
+            let rms = mean(&missing, &coarse.weights, |d| d * d).sqrt();
+            let earlier = best.as_ref().map_or(f64::INFINITY, |best| best.rms);
+            let times = speed::times(&solved.speeds, &segments, &limits);
+            let plain = libm::hypot(solved.rms, stop.elsewhere);
+            if rms < earlier {
+                best = Some(Solved { rms, speeds: solved.speeds.clone() });
             }
+            // As good as the solver is on its plane, or no better than before.
+            let good = libm::hypot(rms, stop.elsewhere) <= (1.0 + LIMIT_COST) * plain || rms <= STOP.rms;
+            if good || correction == MOST_CORRECTIONS || rms > (1.0 - LIMIT_COST) * earlier {
+                break;
+            }
+            for (target, missing) in target.iter_mut().zip(&missing) {
+                *target += missing;
+            }
+            solved = solver.solve(&target, &times, LATER_ITERATIONS);
         }
-        raise(&mut upper, &lower);
-        let wanted = Wanted { depths: &depths, weights: &coarse.weights, lower: &lower, upper: &upper, base };
-        let stop = Stop { most_iterations: LATER_ITERATIONS, ..stop };
-        solved = least_squares::solve(&mut operator, &wanted, &times, stop);
-        iterations += solved.iterations;
-        rounds += 1;
+        if let Some(best) = best {
+            solved = best;
+        }
     }
-    let (solver_rms, mut speeds) = best.unwrap_or_default();
+    let (iterations, rounds) = (solver.iterations, solver.rounds);
+    let Solved { rms: solver_rms, mut speeds } = solved;
     speed::round(&mut speeds, &segments, &limits, task.speed_steps);
     let step = |i: usize| task.speed_steps.step(speeds[i]);
     let part =
         |at: &dyn Fn(usize) -> bool| inside.iter().filter(|i| at(**i)).count() as f64 / inside.len().max(1) as f64;
     let at_least = part(&|i| speeds[i] < limits.least + step(i));
     let at_bounds = part(&|i| speeds[i] < limits.least + step(i) || speeds[i] > fastest[i] - step(i));
-    let timed = timed_path(task.path, &segments, &speeds, &limits, task.speed_steps);
-    let mut outcome = predict(timed, &footprint, task.error, task.clear, dwell)?;
+    set_speeds(&mut timed, &segments, &speeds);
+    let mut outcome = predict(timed, &footprint, task.surface, task.error, task.clear, dwell)?;
     let speed_of = |pick: fn(f64, f64) -> f64, from: f64| inside.iter().fold(from, |s, &i| pick(s, speeds[i]));
     outcome.figures = Figures {
         floor,
@@ -187,6 +218,104 @@ pub fn solve(task: Task, warnings: &mut Vec<Problem>) -> Result<Outcome, Problem
     Ok(outcome)
 }
 
+/// Speeds of one solve, and what its operator says of them.
+struct Solved {
+    rms: f64,
+    speeds: Vec<f64>,
+}
+
+/// What all solves of a run share.
+struct Solver<'a> {
+    operator: &'a mut Removal,
+    segments: &'a Segments,
+    limits: &'a Limits,
+    weights: &'a [f64],
+    /// Times of the segments at their fastest and slowest.
+    lower: &'a [f64],
+    upper: &'a [f64],
+    base: Base,
+    stop: Stop,
+    iterations: usize,
+    rounds: usize,
+}
+
+impl Solver<'_> {
+    /// Times for the wanted depths, and speeds that the arm can follow: solved again, with the times that it needs as
+    /// least ones, as long as that gains something.
+    fn solve(&mut self, depths: &[f64], start: &[f64], most_iterations: usize) -> Solved {
+        let (mut lower, mut upper) = (self.lower.to_vec(), self.upper.to_vec());
+        let mut start = start.to_vec();
+        let all = |rms: f64| libm::hypot(rms, self.stop.elsewhere);
+        let mut best: Option<Solved> = None;
+        for round in 0..=MOST_ROUNDS {
+            let most_iterations = if round == 0 { most_iterations } else { LATER_ITERATIONS };
+            let stop = Stop { most_iterations, ..self.stop };
+            let wanted = Wanted { depths, weights: self.weights, lower: &lower, upper: &upper, base: self.base };
+            let solved = least_squares::solve(self.operator, &wanted, &start, stop);
+            self.iterations += solved.iterations;
+            self.rounds += 1;
+            let speeds = speed::for_times(&solved.times, self.segments, self.limits);
+            let times = speed::times(&speeds, self.segments, self.limits);
+            let (rms, _) = least_squares::evaluate(self.operator, &wanted, &times);
+            let earlier = best.as_ref().map_or(f64::INFINITY, |best| best.rms);
+            if rms < earlier {
+                best = Some(Solved { rms, speeds });
+            }
+            // Good enough: what the arm's limits cost is small beside the residual, or another round gained nothing.
+            let cheap = all(rms) <= (1.0 + LIMIT_COST) * all(solved.rms) || rms <= STOP.rms;
+            if cheap || rms > (1.0 - LIMIT_COST) * earlier {
+                break;
+            }
+            for i in 0..times.len() {
+                if times[i] > solved.times[i] * (1.0 + 1e-6) {
+                    lower[i] = lower[i].max(times[i]);
+                }
+            }
+            raise(&mut upper, &lower);
+            start = times;
+        }
+        // Without a finite residual there is nothing to follow: the slowest speeds remove most and hide nothing.
+        best.unwrap_or_else(|| Solved {
+            rms: f64::INFINITY,
+            speeds: vec![self.limits.least; self.segments.length.len()],
+        })
+    }
+}
+
+/// Weighted mean of `value` over the entries.
+fn mean(entries: &[f64], weights: &[f64], value: impl Fn(f64) -> f64) -> f64 {
+    let sum: f64 = entries.iter().zip(weights).map(|(entry, weight)| weight * value(*entry)).sum();
+    sum / weights.iter().sum::<f64>()
+}
+
+/// What is wanted and not removed, beside an even layer; 0 where nothing counts.
+fn missing(wanted: &[f64], removed: &[f64], weights: &[f64]) -> Vec<f64> {
+    let mut missing: Vec<f64> = wanted.iter().zip(removed).map(|(wanted, removed)| wanted - removed).collect();
+    let even = mean(&missing, weights, |d| d);
+    for (missing, weight) in missing.iter_mut().zip(weights) {
+        *missing = if *weight > 0.0 { *missing - even } else { 0.0 };
+    }
+    missing
+}
+
+/// Cosine of the surface's slope at every pixel; 1 where the form does not exist.
+fn cosines(surface: &dyn Surface, window: &Window) -> Vec<f64> {
+    let cosine = |i: usize| {
+        let [x, y] = window.position(i);
+        surface.at(x, y).map_or(1.0, |point| point.normal()[2])
+    };
+    (0..window.len()).into_par_iter().map(cosine).collect()
+}
+
+/// Least cosine of the slope where the field counts.
+fn steepest(surface: &dyn Surface, field: &Field) -> f64 {
+    if surface.is_plane() {
+        return 1.0;
+    }
+    let cosines = cosines(surface, &field.window);
+    cosines.iter().zip(&field.weights).filter(|(_, w)| **w > 0.0).fold(1.0, |least, (cosine, _)| cosine.min(least))
+}
+
 /// Predicts what a timed path removes, from its programmed speeds alone: figures that only the solver knows are zero.
 ///
 /// # Errors
@@ -195,13 +324,17 @@ pub fn solve(task: Task, warnings: &mut Vec<Problem>) -> Result<Outcome, Problem
 pub fn predict(
     timed: TimedPath,
     footprint: &Footprint,
+    surface: &dyn Surface,
     error: &Grid,
     clear: &Aperture,
     dwell: &Corrective,
 ) -> Result<Outcome, Problem> {
     let field = Field::new(error, clear)?;
     let limits = Limits { least: dwell.feed.from.0, greatest: dwell.feed.to.0, acceleration: dwell.acceleration.0 };
-    let depths = prediction::removal(&timed, footprint, &limits, &field.window);
+    let depths = match Relief::of(surface, &field.window) {
+        Some(relief) => relief.removal(&timed, footprint, &limits),
+        None => prediction::removal(&timed, footprint, &limits, &field.window),
+    };
     let fraction = dwell.removal_fraction;
     let inside: Vec<usize> = (0..depths.len()).filter(|&i| field.weights[i] > 0.0).collect();
     let mean = |value: &dyn Fn(usize) -> f64| inside.iter().map(|&i| value(i)).sum::<f64>() / inside.len() as f64;
@@ -217,7 +350,7 @@ pub fn predict(
     };
     let (before_rms, before_pv) = spread(&|i| field.values[i]);
     let (rms, pv) = spread(&left);
-    let segments = Segments::new(&timed.path);
+    let segments = Segments::new(&timed.path, footprint.standoff);
     let speeds: Vec<f64> = segments.point.iter().map(|&p| timed.speed[p]).collect();
     let figures = Figures {
         before_rms,
@@ -303,9 +436,6 @@ fn timed_path(path: ToolPath, segments: &Segments, speeds: &[f64], limits: &Limi
         speed => speed,
     };
     let mut speed = vec![down(limits.greatest); path.points.len()];
-    for (&point, &value) in segments.point.iter().zip(speeds) {
-        speed[point] = value;
-    }
     for pair in path.lines.windows(2) {
         if pair[0].link == Link::OnSurface {
             // From rest to rest over the distance of two lines: half of it speeding up, half slowing down.
@@ -313,7 +443,16 @@ fn timed_path(path: ToolPath, segments: &Segments, speeds: &[f64], limits: &Limi
             speed[pair[1].points.start] = down(limits.greatest.min(reachable));
         }
     }
-    TimedPath { path, speed }
+    let mut timed = TimedPath { path, speed };
+    set_speeds(&mut timed, segments, speeds);
+    timed
+}
+
+/// Puts the speeds of the segments on the points that end them.
+fn set_speeds(timed: &mut TimedPath, segments: &Segments, speeds: &[f64]) {
+    for (&point, &value) in segments.point.iter().zip(speeds) {
+        timed.speed[point] = value;
+    }
 }
 
 fn link_length(path: &ToolPath, line: &path::Line, next: &path::Line) -> f64 {

@@ -19,7 +19,7 @@ use rayon::prelude::*;
 const PHASES: usize = 8;
 
 /// Rows of pixels that one task fills: the same for any number of threads, enough of them to share out evenly.
-const ROWS: usize = 8;
+pub(super) const ROWS: usize = 8;
 
 /// Places and times of the stamps.
 #[derive(Default)]
@@ -44,13 +44,30 @@ pub fn removal(timed: &TimedPath, footprint: &Footprint, limits: &Limits, window
     depths
 }
 
-/// Stamps that reach the window, in travel order. Parts h of at most half a sigma: the midpoint rule is then exact to
+/// Stamps that reach the window, in travel order.
+fn stamps(timed: &TimedPath, footprint: &Footprint, limits: &Limits, window: &Window) -> Stamps {
+    let mut stamps = Stamps::default();
+    each_stamp(timed, footprint, footprint.radius, limits, window, |_, [x, y], time| {
+        stamps.x.push(x);
+        stamps.y.push(y);
+        stamps.time.push(time);
+    });
+    stamps
+}
+
+/// Calls `see((point, t), place, time)` for every part of a segment that reaches the window: the segment ends at `point`,
+/// the part's middle lies at the share `t` of it. Parts h of at most half a sigma: the midpoint rule is then exact to
 /// rounding where the speed is constant; where it is not, it is wrong by h²k²/24 of the modulation with wave number k,
 /// that is 1 % at the wavelength 2 pi sigma, of which the spot passes little anyway.
-fn stamps(timed: &TimedPath, footprint: &Footprint, limits: &Limits, window: &Window) -> Stamps {
-    let segments = Segments::new(&timed.path);
-    let mut stamps = Stamps::default();
-    let reach = footprint.radius;
+pub(super) fn each_stamp(
+    timed: &TimedPath,
+    footprint: &Footprint,
+    reach: f64,
+    limits: &Limits,
+    window: &Window,
+    mut see: impl FnMut((usize, f64), [f64; 2], f64),
+) {
+    let segments = Segments::new(&timed.path, footprint.standoff);
     let low = [0, 1].map(|axis| window.origin[axis] - reach);
     let size = [window.columns, window.rows];
     let high = [0, 1].map(|axis| window.origin[axis] + size[axis] as f64 * window.pixel[axis] + reach);
@@ -66,15 +83,12 @@ fn stamps(timed: &TimedPath, footprint: &Footprint, limits: &Limits, window: &Wi
                 let t = (part as f64 + 0.5) / count as f64;
                 let (x, y) = (ax + t * (bx - ax), ay + t * (by - ay));
                 if x > low[0] && x < high[0] && y > low[1] && y < high[1] {
-                    stamps.x.push(x);
-                    stamps.y.push(y);
-                    stamps.time.push(time);
+                    see((point, t), [x, y], time);
                 }
             });
             before = speed;
         }
     }
-    stamps
 }
 
 /// The stamps sorted by the chunk of rows that holds their first row (chunk 0 if it lies before the window), travel
@@ -283,7 +297,7 @@ mod tests {
         let timed = timed(|i| 0.01 + 0.001 * (i % 16) as f64);
         let window = window(SIGMA / 4.0);
         let found = removal(&timed, &footprint, &limits, &window);
-        let segments = Segments::new(&timed.path);
+        let segments = Segments::new(&timed.path, 0.0);
         let times: Vec<f64> = segments.point.iter().map(|&p| 2e-3 / timed.speed[p]).collect();
         let exact = deposit(&Samples::segments(&timed.path, SIGMA / 2.0), &times, &footprint, &window);
         let greatest = exact.iter().fold(0.0f64, |m, d| m.max(*d));

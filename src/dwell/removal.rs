@@ -12,7 +12,7 @@
 use super::footprint::Footprint;
 use super::fourier::{Convolution, good_length};
 use super::least_squares::LinearOperator;
-use crate::metrology::Grid;
+use crate::height_map::Grid;
 use crate::path::ToolPath;
 use rayon::prelude::*;
 
@@ -72,7 +72,8 @@ impl Samples {
         let mut samples = Samples { start: vec![0], ..Samples::default() };
         for segment in segments(path) {
             let ([ax, ay], [bx, by]) = ends(path, segment);
-            let parts = parts(libm::hypot(bx - ax, by - ay), spacing);
+            let dz = path.points.z[segment] - path.points.z[segment - 1];
+            let parts = parts(libm::hypot(libm::hypot(bx - ax, by - ay), dz), spacing);
             for k in 0..parts {
                 let t = (k as f64 + 0.5) / parts as f64;
                 samples.x.push(ax + t * (bx - ax));
@@ -155,6 +156,8 @@ pub struct Removal {
     start: Vec<usize>,
     /// One over the number of all samples of the unknown.
     share: Vec<f64>,
+    /// What the depth on each pixel of the window is multiplied with; empty for 1.
+    row_factors: Vec<f64>,
     padded: Vec<f64>,
 }
 
@@ -189,6 +192,7 @@ impl Removal {
             fraction_y: Vec::with_capacity(samples.x.len()),
             start: vec![0],
             share: Vec::with_capacity(samples.start.len()),
+            row_factors: Vec::new(),
             padded: kernel,
         };
         for range in samples.start.windows(2) {
@@ -199,6 +203,13 @@ impl Removal {
             removal.share.push(1.0 / (range[1] - range[0]) as f64);
         }
         removal
+    }
+
+    /// The same on a sloping surface, to first order: `cosines` of the slope, one a pixel, or none for a plane. The kernel of
+    /// the plane takes its volume from the area across the part's axis, the glass there is larger by one over the cosine.
+    pub fn on_slopes(mut self, cosines: Vec<f64>) -> Removal {
+        self.row_factors = cosines;
+        self
     }
 
     fn add_sample(&mut self, x: f64, y: f64) {
@@ -248,6 +259,9 @@ impl LinearOperator for Removal {
             let from = (row + self.margin[1]) * self.columns + self.margin[0];
             line.copy_from_slice(&padded[from..from + self.window.columns]);
         }
+        for (depth, factor) in depths.iter_mut().zip(&self.row_factors) {
+            *depth *= factor;
+        }
         self.padded = padded;
     }
 
@@ -257,6 +271,10 @@ impl LinearOperator for Removal {
         for (row, line) in depths.chunks_exact(self.window.columns).enumerate() {
             let to = (row + self.margin[1]) * self.columns + self.margin[0];
             padded[to..to + self.window.columns].copy_from_slice(line);
+            let factors = self.row_factors.get(row * self.window.columns..).unwrap_or_default();
+            for (depth, factor) in padded[to..to + self.window.columns].iter_mut().zip(factors) {
+                *depth *= factor;
+            }
         }
         self.convolution.correlate(&mut padded);
         times.par_chunks_mut(GATHER_CHUNK).enumerate().for_each(|(chunk, times)| {

@@ -16,7 +16,7 @@
 //! `ds/v + (v - u)|v - u| / (2 a v)`, the last one of a line `v/(2a)` more.
 
 use super::SpeedSteps;
-use super::removal::{ends, segments};
+use super::removal::segments;
 use crate::path::ToolPath;
 
 /// What limits the speeds.
@@ -32,7 +32,8 @@ pub struct Limits {
 /// The segments of a path, line by line.
 #[derive(Clone, Debug, Default)]
 pub struct Segments {
-    /// Metres, along the chord between the two points.
+    /// Metres, along the straight way of the tool centre point, to which programmed speeds belong: over a hollow part it is
+    /// shorter than that of the contact, over a convex one longer.
     pub length: Vec<f64>,
     /// Segments of line `i` are `start[i] .. start[i + 1]`; a line of one point has none.
     pub start: Vec<usize>,
@@ -41,14 +42,18 @@ pub struct Segments {
 }
 
 impl Segments {
-    pub fn new(path: &ToolPath) -> Segments {
+    /// Of a tool whose centre point stands `standoff` metres off the contact, along the normal.
+    pub fn new(path: &ToolPath, standoff: f64) -> Segments {
         let point: Vec<usize> = segments(path).collect();
         let length = point
             .iter()
             .map(|&p| {
-                let ([ax, ay], [bx, by]) = ends(path, p);
-                let dz = path.points.z[p] - path.points.z[p - 1];
-                libm::hypot(libm::hypot(bx - ax, by - ay), dz)
+                let tool = |i: usize| {
+                    let (place, normal) = (path.points.position(i), path.points.normal(i));
+                    [0, 1, 2].map(|k| place[k] + standoff * normal[k])
+                };
+                let (a, b) = (tool(p - 1), tool(p));
+                libm::hypot(libm::hypot(b[0] - a[0], b[1] - a[1]), b[2] - a[2])
             })
             .collect();
         let mut start = vec![0];

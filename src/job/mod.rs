@@ -3,9 +3,13 @@
 //! One plain struct a record of the language, one enum a family, fields named as in the schema (a test compares both
 //! directions). Made by `eval` from text, or by hand without any text. [`Origins`] knows beside it which line said what.
 
+mod aperture;
+mod form;
 mod robot;
 mod target;
 
+pub use aperture::*;
+pub use form::*;
 pub use robot::*;
 pub use target::*;
 
@@ -85,57 +89,6 @@ pub struct Workpiece {
     pub clear: Aperture,
     pub material: Material,
     pub error: FormError,
-}
-
-#[allow(non_camel_case_types, reason = "family members are spelt as in the job")]
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub enum Form {
-    plane(Plane),
-}
-
-/// z = 0.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Plane {}
-
-/// A place in the part's xy plane.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Place {
-    pub x: Length,
-    pub y: Length,
-}
-
-#[allow(non_camel_case_types, reason = "family members are spelt as in the job")]
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub enum Aperture {
-    circle(Circle),
-    annulus(Annulus),
-    rectangle(Rectangle),
-}
-
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Circle {
-    pub diameter: Length,
-    pub centre: Option<Place>,
-}
-
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Annulus {
-    pub outer_diameter: Length,
-    pub inner_diameter: Length,
-    pub centre: Option<Place>,
-}
-
-/// Sides `x` and `y` along the part axes.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Rectangle {
-    pub x: Length,
-    pub y: Length,
-    pub centre: Option<Place>,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -325,6 +278,8 @@ pub struct Raster {
     /// Direction of the first line, from +x towards +y of the part.
     pub direction: Angle,
     pub lines: Lines,
+    /// Most that the path may leave a curved surface between two points.
+    pub chord_error: Length,
     /// What happens where the part has a hole. No default: a part with a hole needs it said.
     pub holes: Option<Crossing>,
 }

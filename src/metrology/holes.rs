@@ -7,7 +7,7 @@
 //! it has no bump of its own and stays between the lowest and the highest value of the rim, so a filled hole never asks
 //! for more removal than its surroundings.
 
-use super::Grid;
+use crate::height_map::Grid;
 use std::collections::VecDeque;
 
 /// Needed pixels without a value, connected by sides or corners.

@@ -3,9 +3,10 @@
 //! In: the bytes of a file, and pixel and unit where the file does not say them. Out: [`Inspection`], which serialises to
 //! the JSON that the command line promises. The picture is taken as it is: no orientation, sign or quantity of a job.
 
-use super::{Figures, Grid, low_order, read};
+use super::{Figures, low_order, pvr};
 use crate::diagnostics::Problem;
-use crate::job::Term;
+use crate::height_map::{Grid, read};
+use crate::job::{Term, ZernikeOrder};
 use serde::Serialize;
 
 /// Facts of one height map. Lengths are rounded to what can be meant: figures to 0.001 nm, pixels to 0.000001 mm.
@@ -27,6 +28,8 @@ pub struct Inspection {
     /// `null` where fewer than three valid pixels, or pixels on a line, have no plane.
     pub pv_detilted_nm: Option<f64>,
     pub rms_detilted_nm: Option<f64>,
+    /// Robust peak to valley with the 36 Fringe polynomials, of the detilted map; `null` where the pixels do not fix them.
+    pub pvr_fringe36_nm: Option<f64>,
     pub blake3: String,
 }
 
@@ -40,6 +43,7 @@ pub fn inspect(bytes: &[u8], name: &str, unit: Option<f64>, pixel: Option<f64>) 
     let everywhere = vec![true; grid.values.len()];
     let detilted = low_order::subtract(&mut grid, &everywhere, &[Term::piston, Term::tilt])
         .map(|_| Figures::of(grid.values.iter().copied()));
+    let robust = detilted.and_then(|_| pvr(&grid, &everywhere, ZernikeOrder::fringe));
     let nanometres = |metres: f64| rounded(metres * 1e9, 1e3);
     Ok(Inspection {
         kind: "height_map",
@@ -54,6 +58,7 @@ pub fn inspect(bytes: &[u8], name: &str, unit: Option<f64>, pixel: Option<f64>) 
         rms_nm: nanometres(figures.rms),
         pv_detilted_nm: detilted.map(|figures| nanometres(figures.pv)),
         rms_detilted_nm: detilted.map(|figures| nanometres(figures.rms)),
+        pvr_fringe36_nm: robust.map(|figures| nanometres(figures.pvr)),
         blake3: blake3::hash(bytes).to_hex().to_string(),
     })
 }

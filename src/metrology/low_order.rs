@@ -7,7 +7,7 @@
 //! were fitted with it, taking several off is the joint least-squares fit, and a term that is not taken off is kept
 //! exactly: without `piston` the mean stays, without `tilt` the plane.
 
-use super::Grid;
+use crate::height_map::Grid;
 use crate::job::Term;
 
 /// What was taken off. Zero for a term that was kept.

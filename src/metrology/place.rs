@@ -12,9 +12,9 @@
 //! 6. `subtract`: taken off by least squares over the measured pixels of the clear aperture.
 //! 7. `fill_below`: holes inside the clear aperture up to this area are filled, a larger one refuses the map.
 
-use super::orientation::valid_middle;
-use super::{Figures, Grid, LowOrder, Picture, RawMap, holes, lay, low_order};
+use super::{Figures, LowOrder, holes, low_order};
 use crate::diagnostics::{Problem, codes};
+use crate::height_map::{Grid, Picture, RawMap, lay, valid_middle};
 use crate::job::{Aperture, HeightMap, Positive, Quantity, View, Workpiece};
 
 /// The form error of a part, ready for dwell.

@@ -5,16 +5,17 @@
 
 use super::arm::{Branch, Joints, Solution};
 use super::cell::Station;
-use super::contact::{Azimuth, orientation, raised};
+use super::contact::{orientation, raised};
 use super::fault::{Fault, Place, Stage, in_millimetres};
 use super::follow::{Broken, Follower, Poses, Seen};
-use super::joint_move::{Column, TooNear};
+use super::joint_move::{Glass, TooNear};
 use super::runs::{Span, split};
 use super::{Checked, Motion, MotionFigures, Purpose, Request, Run, ToolPose, Travel};
 use super::{configuration, frames, joint_move, time};
 use crate::diagnostics::{Problem, codes};
 use crate::dwell::TimedPath;
 use crate::job;
+use crate::tool::Azimuth;
 use rayon::prelude::*;
 
 /// Points handled by one task; constant, so that errors are found in the same order with any number of threads.
@@ -44,13 +45,13 @@ pub fn plan(timed: TimedPath, robot: &job::Robot, request: &Request) -> Result<C
     let (position, quaternion) = tool_poses(&timed, request.standoff + lift, request.azimuth)?;
     let planner = Planner {
         follower: Follower::new(&station),
-        column: Column::new(&timed.path.points, request.part, request.tool_radius, station.travel_height),
+        glass: Glass::new(&timed.path.points, request.part, request.tool_radius, station.travel_height),
         station: &station,
         timed: &timed,
         poses: Poses { position: &position, quaternion: &quaternion, speed: &timed.speed },
     };
     for (i, safe) in station.safe_poses.iter().enumerate() {
-        joint_move::check(&station, &planner.column, safe, &station.home)
+        joint_move::check(&station, &planner.glass, safe, &station.home)
             .map_err(|near| too_near(near, &format!("robot.cell.safe_poses.{i}"), "from a safe pose to `home`"))?;
     }
     let mut joints = vec![[0.0; 6]; position.len()];
@@ -61,7 +62,7 @@ pub fn plan(timed: TimedPath, robot: &job::Robot, request: &Request) -> Result<C
         runs.push(run);
     }
     if let Some(last) = runs.last() {
-        joint_move::check(&station, &planner.column, &last.retract_joints, &station.home)
+        joint_move::check(&station, &planner.glass, &last.retract_joints, &station.home)
             .map_err(|near| too_near(near, "robot.cell.home", "from the last retract to `home`"))?;
     }
     let confdata: Vec<[i32; 4]> =
@@ -197,14 +198,17 @@ fn line_of(timed: &TimedPath, i: usize) -> usize {
 
 /// The refusal of a joint move.
 fn too_near(near: TooNear, field: &str, what: &str) -> Problem {
-    let side = if near.height < 0.0 { "below" } else { "above" };
-    let message = format!(
-        "the joint move {what} would bring the tool {:.1} mm {side} the part's highest point, with its centre point at \
-         {}; {:.1} mm above it are kept clear",
-        near.height.abs() * 1e3,
-        in_millimetres(near.point),
-        near.least * 1e3
-    );
+    let place = in_millimetres(near.point);
+    let message = if near.distance < 0.0 {
+        format!("the joint move {what} would bring the tool into the part, with its centre point at {place}")
+    } else {
+        format!(
+            "the joint move {what} would bring the tool within {:.1} mm of the part, with its centre point at {place}; \
+             {:.1} mm above it are kept clear",
+            near.distance * 1e3,
+            near.least * 1e3
+        )
+    };
     Problem::error(codes::E0805, field, message)
         .note("checked are a ball in place of the tool and the part; nothing else of tool, arm and cell is known")
         .help("choose another pose, from which the tool comes from above, or a larger `travel.height`")
@@ -222,7 +226,7 @@ struct Planner<'a> {
     station: &'a Station,
     timed: &'a TimedPath,
     follower: Follower<'a>,
-    column: Column,
+    glass: Glass,
     poses: Poses<'a>,
 }
 
@@ -250,7 +254,7 @@ impl Planner<'_> {
         let starts = self.starts(&approach, before.map(|before| before.branch));
         let tried_starts = starts.len();
         for start in starts {
-            let tried = joint_move::check(self.station, &self.column, &from, &start.joints)
+            let tried = joint_move::check(self.station, &self.glass, &from, &start.joints)
                 .map_err(|near| {
                     too_near(near, "robot.cell.home", &format!("to the approach of line {}", span.lines.start + 1))
                 })
@@ -283,7 +287,7 @@ impl Planner<'_> {
     /// Goes straight on from the run before, lifted.
     fn straight_on(&self, span: &Span, before: &Run, approach: &ToolPose) -> Result<(Start, Seen), Problem> {
         let (from, to) = (before.retract.transform(), approach.transform());
-        joint_move::check_straight(&self.column, &from, &to).map_err(|near| {
+        joint_move::check_straight(&self.glass, &from, &to).map_err(|near| {
             too_near(near, "robot.cell.travel.height", &format!("to the approach of line {}", span.lines.start + 1))
         })?;
         let mut seen = Seen::NOTHING;

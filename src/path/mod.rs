@@ -1,13 +1,16 @@
 //! Paths: the way of the contact point over the part.
 //!
 //! In: the job's `path` and the workpiece. Out: a [`ToolPath`], points on the surface in travel order, in the part frame.
-//! [`plan`] lays it out, [`ends::check`] makes sure that no line starts or ends over the glass.
+//! [`plan`] lays it out, [`chord::check`] makes sure that its points lie close enough for the curvature, [`ends::check`] that no
+//! line starts or ends over the glass.
 
+pub mod chord;
 pub mod ends;
 pub mod raster;
 
 use crate::diagnostics::{Problem, codes};
 use crate::job;
+use crate::workpiece::form::Surface;
 
 /// Most points of a path where no controller states its own limit: 5 million points are what fits into 2 GiB with
 /// everything that the later passes keep of each.
@@ -78,12 +81,17 @@ pub struct ToolPath {
     pub lines: Vec<Line>,
 }
 
-/// Plans the job's path over the workpiece. `most_points` is the controller's limit, or [`MOST_POINTS`].
+/// Plans the job's path over the workpiece, whose form is `surface`. `most_points` is the controller's limit, or [`MOST_POINTS`].
 ///
 /// # Errors
 ///
 /// E0645 if the part has a hole and the path does not say what happens there, and those of [`raster::plan`].
-pub fn plan(path: &job::Path, workpiece: &job::Workpiece, most_points: u64) -> Result<ToolPath, Problem> {
+pub fn plan(
+    path: &job::Path,
+    workpiece: &job::Workpiece,
+    surface: &dyn Surface,
+    most_points: u64,
+) -> Result<ToolPath, Problem> {
     let job::Path::raster(raster) = path;
     if workpiece.edge.has_hole() && raster.holes.is_none() {
         let message = "the part has a hole, and the path does not say what happens there";
@@ -92,7 +100,7 @@ pub fn plan(path: &job::Path, workpiece: &job::Workpiece, most_points: u64) -> R
              or harmless to what lies behind)",
         ));
     }
-    raster::plan(raster, &workpiece.form, most_points)
+    raster::plan(raster, surface, most_points)
 }
 
 #[cfg(test)]
@@ -135,15 +143,17 @@ mod tests {
             line_pitch: Length(0.002),
             direction: Angle(0.0),
             lines: Lines::serpentine,
+            chord_error: Length(1e-5),
             holes: None,
         };
-        let problem = plan(&Path::raster(raster.clone()), &workpiece(ring.clone()), MOST_POINTS).unwrap_err();
+        let problem =
+            plan(&Path::raster(raster.clone()), &workpiece(ring.clone()), &Plane {}, MOST_POINTS).unwrap_err();
         assert_eq!(problem.code, codes::E0645);
         raster.holes = Some(Crossing::cross(Cross { process: OnOff::on }));
-        let path = plan(&Path::raster(raster.clone()), &workpiece(ring), MOST_POINTS).expect("a path");
+        let path = plan(&Path::raster(raster.clone()), &workpiece(ring), &Plane {}, MOST_POINTS).expect("a path");
         // The same path as over a part without the hole: the tool goes on.
         let solid = Aperture::circle(Circle { diameter: Length(0.04), centre: None });
         raster.holes = None;
-        assert_eq!(path, plan(&Path::raster(raster), &workpiece(solid), MOST_POINTS).expect("a path"));
+        assert_eq!(path, plan(&Path::raster(raster), &workpiece(solid), &Plane {}, MOST_POINTS).expect("a path"));
     }
 }

@@ -1,20 +1,26 @@
 //! Raster: parallel straight lines over an aperture.
 //!
-//! In: the job's `raster`, the form, and the most points that may be made. Out: a [`ToolPath`].
+//! In: the job's `raster`, the surface, and the most points that may be made. Out: a [`ToolPath`].
 //!
-//! The rule: in a frame turned by `direction` about the aperture's centre, lines lie at `v = -h + j * line_pitch` for
-//! j = 0, 1, … while they meet the aperture, `h` being its half width across the lines; points lie on each line at whole
+//! The rule: in a frame turned by `direction` about the aperture's centre, lines lie at `v = v_0 + j * line_pitch` for
+//! j = 0, 1, … while they meet the aperture, `v_0` being its extreme across the lines; points lie on each line at whole
 //! multiples of `point_step` about the centre, so that the lattice is symmetric. The boundary belongs to the aperture.
+//! Where an outline turns inwards, one line of the lattice gives several lines of the path, in order of travel.
+//!
+//! The lattice lies in the plane across the part's axis and is laid onto the surface along z. On a slope points and
+//! lines so lie farther apart, by one over the cosine of the slope in their direction; lengths, speeds and times are
+//! those on the surface.
 
 use super::{Line, Link, Points, ToolPath};
 use crate::diagnostics::{Problem, codes};
-use crate::job::{Aperture, Form, Lines, Raster};
+use crate::job::{Aperture, Lines, Place, Polygon, Raster};
 use crate::units::si::Length;
 use crate::workpiece::aperture::BOUNDARY;
+use crate::workpiece::form::Surface;
+use crate::workpiece::where_it_ends;
 
-/// One line of the lattice: its place across the lines and the multiples of the step that its points stand on.
-struct LatticeLine {
-    v: f64,
+/// Points on a line of the lattice: the multiples of the step that they stand on.
+struct Stretch {
     first: i64,
     last: i64,
 }
@@ -25,24 +31,23 @@ struct Lattice<'a> {
     over: Aperture,
     along: [f64; 2],
     across: [f64; 2],
-    half_width: f64,
+    /// The first line's place across.
+    first: f64,
     lines: u64,
 }
 
 impl<'a> Lattice<'a> {
     fn new(raster: &'a Raster) -> Lattice<'a> {
         let (sin, cos) = libm::sincos(raster.direction.0);
-        let half_width = match &raster.over {
-            Aperture::rectangle(a) => (a.x.0 * sin.abs() + a.y.0 * cos.abs()) / 2.0,
-            round => round.outer_radius(),
-        };
-        let lines = (2.0 * (half_width + BOUNDARY) / raster.line_pitch.0).floor();
+        let across = [-sin, cos];
+        let [first, last] = raster.over.extent(across);
+        let lines = ((last - first + 2.0 * BOUNDARY) / raster.line_pitch.0).floor();
         Lattice {
             raster,
             over: grown(&raster.over),
             along: [cos, sin],
-            across: [-sin, cos],
-            half_width,
+            across,
+            first,
             // A quotient beyond the range of whole numbers saturates, which the limit then refuses.
             lines: (lines as u64).saturating_add(1),
         }
@@ -53,16 +58,17 @@ impl<'a> Lattice<'a> {
         [cx + u * self.along[0] + v * self.across[0], cy + u * self.along[1] + v * self.across[1]]
     }
 
-    /// The lines that hold a point, in order.
-    fn iter(&self) -> impl Iterator<Item = LatticeLine> + '_ {
-        (0..self.lines).flat_map(move |j| {
-            let v = -self.half_width + j as f64 * self.raster.line_pitch.0;
+    /// The lines of the lattice that hold a point, in order; each has a stretch of points for each of its chords.
+    fn iter(&self) -> impl Iterator<Item = (f64, Vec<Stretch>)> + '_ {
+        (0..self.lines).filter_map(move |j| {
+            let v = self.first + j as f64 * self.raster.line_pitch.0;
             let step = self.raster.point_step.0;
-            // The apertures of a raster are convex: one chord a line.
-            self.over.chords(self.place(0.0, v), self.along).into_iter().take(1).filter_map(move |[from, to]| {
-                let (first, last) = ((from / step).ceil() as i64, (to / step).floor() as i64);
-                (first <= last).then_some(LatticeLine { v, first, last })
-            })
+            let chords = self.over.chords(self.place(0.0, v), self.along).into_iter();
+            let stretches: Vec<Stretch> = chords
+                .map(|[from, to]| Stretch { first: (from / step).ceil() as i64, last: (to / step).floor() as i64 })
+                .filter(|stretch| stretch.first <= stretch.last)
+                .collect();
+            (!stretches.is_empty()).then_some((v, stretches))
         })
     }
 }
@@ -75,17 +81,23 @@ fn grown(aperture: &Aperture) -> Aperture {
         Aperture::circle(a) => a.diameter = wider(a.diameter),
         Aperture::annulus(a) => a.outer_diameter = wider(a.outer_diameter),
         Aperture::rectangle(a) => (a.x, a.y) = (wider(a.x), wider(a.y)),
+        Aperture::hexagon(a) => a.across_flats = wider(a.across_flats),
+        Aperture::polygon(a) => {
+            let corners: Vec<[f64; 2]> = a.vertices.iter().map(|p| [p.x.0, p.y.0]).collect();
+            let moved = crate::workpiece::grown(&corners, BOUNDARY);
+            *a = Polygon { vertices: moved.iter().map(|[x, y]| Place { x: Length(*x), y: Length(*y) }).collect() };
+        }
     }
     aperture
 }
 
-/// Plans the raster on `form`. Fields are `path.…`.
+/// Plans the raster on the surface. Fields are `path.…`.
 ///
 /// # Errors
 ///
-/// E0640: a number that is not positive, or a point where the form does not exist. E0641: more points than `most_points`,
-/// said before any is made. E0642: `over` has a hole.
-pub fn plan(raster: &Raster, form: &Form, most_points: u64) -> Result<ToolPath, Problem> {
+/// E0640: a number that is not positive. E0603: a point where the form does not exist. E0641: more points than
+/// `most_points`, said before any is made. E0642: `over` has a hole.
+pub fn plan(raster: &Raster, surface: &dyn Surface, most_points: u64) -> Result<ToolPath, Problem> {
     for (name, value) in [("point_step", raster.point_step.0), ("line_pitch", raster.line_pitch.0)] {
         if !(value > 0.0 && value.is_finite()) {
             let message = format!("`{name}` is {} mm; it must be positive", value * 1e3);
@@ -108,27 +120,27 @@ pub fn plan(raster: &Raster, form: &Form, most_points: u64) -> Result<ToolPath, 
     let lattice = Lattice::new(raster);
     let points = count(&lattice, most_points)?;
     let mut path = ToolPath { points: Points::with_capacity(points), lines: Vec::new() };
-    for (j, line) in lattice.iter().enumerate() {
-        let start = path.points.len();
+    let link = match raster.lines {
+        Lines::serpentine => Link::OnSurface,
+        Lines::one_way => Link::Lifted,
+    };
+    for (j, (v, mut stretches)) in lattice.iter().enumerate() {
         let backwards = raster.lines == Lines::serpentine && j % 2 == 1;
-        for i in 0..=line.last - line.first {
-            let multiple = if backwards { line.last - i } else { line.first + i };
-            let [x, y] = lattice.place(multiple as f64 * raster.point_step.0, line.v);
-            let Some(surface) = form.surface().at(x, y) else {
-                let message = format!(
-                    "the path passes x {:.3} mm, y {:.3} mm, where the surface does not exist",
-                    x * 1e3,
-                    y * 1e3
-                );
-                return Err(Problem::error(codes::E0640, "path.over", message).help("make `over` smaller"));
-            };
-            path.points.push([x, y, surface.sag], surface.normal());
+        if backwards {
+            stretches.reverse();
         }
-        let link = match raster.lines {
-            Lines::serpentine => Link::OnSurface,
-            Lines::one_way => Link::Lifted,
-        };
-        path.lines.push(Line { points: start..path.points.len(), link });
+        for Stretch { first, last } in stretches {
+            let start = path.points.len();
+            for i in 0..=last - first {
+                let multiple = if backwards { last - i } else { first + i };
+                let place = lattice.place(multiple as f64 * raster.point_step.0, v);
+                let Some(point) = surface.at(place[0], place[1]) else {
+                    return Err(where_it_ends(surface, raster.over.centre(), place, "path.over", "the path passes"));
+                };
+                path.points.push([place[0], place[1], point.sag], point.normal());
+            }
+            path.lines.push(Line { points: start..path.points.len(), link });
+        }
     }
     Ok(path)
 }
@@ -146,8 +158,8 @@ fn count(lattice: &Lattice, most_points: u64) -> Result<usize, Problem> {
         return Err(refuse(format!("about {} lines, more than its", lattice.lines)));
     }
     let mut points = 0u64;
-    for line in lattice.iter() {
-        points = points.saturating_add(line.last.abs_diff(line.first).saturating_add(1));
+    for Stretch { first, last } in lattice.iter().flat_map(|(_, stretches)| stretches) {
+        points = points.saturating_add(last.abs_diff(first).saturating_add(1));
         if points > most_points {
             return Err(refuse(format!("more than {most_points}")));
         }
@@ -173,6 +185,7 @@ mod tests {
             line_pitch: Length(pitch_mm * 1e-3),
             direction: Angle(degrees.to_radians()),
             lines,
+            chord_error: Length(1e-5),
             holes: None,
         }
     }
@@ -182,7 +195,7 @@ mod tests {
     }
 
     fn planned(raster: &Raster) -> ToolPath {
-        plan(raster, &Form::plane(Plane {}), 1_000_000).expect("a path")
+        plan(raster, &Plane {}, 1_000_000).expect("a path")
     }
 
     #[test]
@@ -238,6 +251,27 @@ mod tests {
         assert_eq!(counts, [1, 1, 3, 5, 5, 3, 1, 1]);
     }
 
+    /// 12 x 10 with a notch of 4 x 6 in its upper side. Lines at y = -5 .. 5 by 2: at -5, -3, -1 one stretch, at 1, 3, 5
+    /// two; points at multiples of 2: -6 .. 6 are 7, and -6 .. -2 with 2 .. 6 are 3 and 3.
+    #[test]
+    fn an_outline_that_turns_inwards_has_several_lines_in_one() {
+        let corners = [(-6, -5), (6, -5), (6, 5), (2, 5), (2, -1), (-2, -1), (-2, 5), (-6, 5)];
+        let place = |(x, y): (i32, i32)| Place { x: Length(f64::from(x) * 1e-3), y: Length(f64::from(y) * 1e-3) };
+        let over = Aperture::polygon(Polygon { vertices: corners.map(place).to_vec() });
+        let path = planned(&raster(over.clone(), 2.0, 2.0, 0.0, Lines::serpentine));
+        let counts: Vec<usize> = path.lines.iter().map(|line| line.points.len()).collect();
+        assert_eq!(counts, [7, 7, 7, 3, 3, 3, 3, 3, 3]);
+        // Backwards on every second line of the lattice: the right stretch first.
+        let ends: Vec<[i32; 2]> = path.lines[3..7]
+            .iter()
+            .map(|line| [line.points.start, line.points.end - 1].map(|i| (path.points.x[i] * 1e3).round() as i32))
+            .collect();
+        assert_eq!(ends, [[6, 2], [-2, -6], [-6, -2], [2, 6]]);
+        // One way always from left to right.
+        let path = planned(&raster(over, 2.0, 2.0, 0.0, Lines::one_way));
+        assert!(path.lines.iter().all(|line| path.points.x[line.points.start] < path.points.x[line.points.end - 1]));
+    }
+
     #[test]
     fn serpentine_never_jumps_and_one_way_never_turns() {
         let path = planned(&raster(circle(50.0), 1.0, 0.5, 20.0, Lines::serpentine));
@@ -265,21 +299,19 @@ mod tests {
 
     #[test]
     fn too_many_points_are_refused_before_they_are_made() {
-        let form = Form::plane(Plane {});
         for (step, pitch) in [(1e-6, 1e-6), (1e-300, 1.0), (1.0, 1e-300), (0.01, 0.01)] {
             let problem =
-                plan(&raster(circle(380.0), step, pitch, 0.0, Lines::serpentine), &form, 100_000).unwrap_err();
+                plan(&raster(circle(380.0), step, pitch, 0.0, Lines::serpentine), &Plane {}, 100_000).unwrap_err();
             assert_eq!(problem.code, codes::E0641, "{step} {pitch}");
         }
         let exact = raster(circle(10.0), 1.0, 1.0, 0.0, Lines::serpentine);
-        assert!(plan(&exact, &form, 81).is_ok());
-        assert_eq!(plan(&exact, &form, 80).unwrap_err().code, codes::E0641);
+        assert!(plan(&exact, &Plane {}, 81).is_ok());
+        assert_eq!(plan(&exact, &Plane {}, 80).unwrap_err().code, codes::E0641);
     }
 
     #[test]
     fn what_is_no_raster_is_refused() {
-        let form = Form::plane(Plane {});
-        let code = |raster: &Raster| plan(raster, &form, 1000).unwrap_err().code;
+        let code = |raster: &Raster| plan(raster, &Plane {}, 1000).unwrap_err().code;
         for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
             assert_eq!(code(&raster(circle(10.0), bad, 1.0, 0.0, Lines::serpentine)), codes::E0640);
             assert_eq!(code(&raster(circle(10.0), 1.0, bad, 0.0, Lines::serpentine)), codes::E0640);

@@ -4,8 +4,8 @@
 //! sampled stamp in the part frame for convolution. Positive takes glass away.
 
 use crate::diagnostics::{Problem, codes};
+use crate::height_map::Grid;
 use crate::job;
-use crate::metrology::Grid;
 use crate::source::FileProvider;
 use std::f64::consts::TAU;
 

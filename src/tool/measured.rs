@@ -6,8 +6,9 @@
 
 use super::InfluenceFunction;
 use crate::diagnostics::{Problem, codes};
+use crate::height_map::{Grid, Picture, lay, read_file};
 use crate::job::{Measured, Origin, PixelAt, Positive, View};
-use crate::metrology::{Grid, Picture, doubt_scale, lay, plane_through, read_file, surface_factor};
+use crate::metrology::{doubt_scale, plane_through, surface_factor};
 use crate::source::FileProvider;
 
 /// Largest part of the volume that may read as added glass. The noise of a spot's map averages out far below it; more

@@ -1,9 +1,10 @@
 //! The tool as a body: how far from the surface it stands, and whether its numbers can be.
 //!
-//! In: the job's `tool` and the form it works on. Out: the stand-off for motion, and problems of the description.
+//! In: the job's `tool` and the surface it works on. Out: the stand-off for motion, and problems of the description.
 
 use crate::diagnostics::{Problem, codes};
-use crate::job::{Form, MrfWheel, Tool};
+use crate::job::{MrfWheel, Tool};
+use crate::workpiece::form::Surface;
 
 impl Tool {
     /// Distance from the tool centre point to the nominal surface along the outward normal, metres: an MRF wheel's
@@ -22,16 +23,48 @@ impl Tool {
     }
 }
 
-/// What is wrong with the tool as a body (E0630), and with the tool on this form. Fields are `tool.…`.
-pub fn check(tool: &Tool, form: &Form) -> Vec<Problem> {
+/// What is wrong with the tool as a body (E0630). Fields are `tool.…`.
+pub fn check(tool: &Tool) -> Vec<Problem> {
     let Tool::mrf_wheel(wheel) = tool;
     let mut problems = wheel_numbers(wheel);
-    match form {
-        // A wheel touches a plane at its lowest point whatever its diameter.
-        Form::plane(_) => {}
-    }
     problems.sort_by(|a, b| a.field.cmp(&b.field));
     problems
+}
+
+/// E0631 if the tool does not fit into the surface at one of the `places` (x, y in metres): a wheel of radius r, its
+/// lowest point one gap h over the glass, comes nearer to it elsewhere where the surface is hollow with a radius below
+/// r + h. The worst place is said. The wheel is taken for a ball of its radius, since its shape across the rim is not
+/// stated (gap model of a spherical wheel: a concave radius of at most the wheel's is refused).
+pub fn check_fit(tool: &Tool, surface: &dyn Surface, places: impl Iterator<Item = [f64; 2]>) -> Option<Problem> {
+    let Tool::mrf_wheel(wheel) = tool;
+    if surface.is_plane() {
+        return None;
+    }
+    let needed = wheel.diameter.0 / 2.0 + wheel.gap.0;
+    let hollow = |[x, y]: [f64; 2]| surface.at(x, y).map(|point| ([x, y], point.curvature().principal_values()[1]));
+    let (place, sharpest) =
+        places.filter_map(hollow).fold(([0.0; 2], 0.0), |worst, here| if here.1 > worst.1 { here } else { worst });
+    if sharpest * needed < 1.0 {
+        return None;
+    }
+    let radius = 1.0 / sharpest;
+    let message = format!(
+        "the wheel of {:.3} mm radius with its gap of {:.3} mm does not fit into the surface at x {:.3} mm, y {:.3} mm, \
+         which is hollow there with a radius of {:.3} mm",
+        wheel.diameter.0 * 5e2,
+        wheel.gap.0 * 1e3,
+        place[0] * 1e3,
+        place[1] * 1e3,
+        radius * 1e3
+    );
+    // Rounded down to a tenth of a millimetre, and one less, so that it fits.
+    let fits = ((radius - wheel.gap.0) * 2e4).floor() / 10.0 - 0.1;
+    let help = if fits > 0.0 {
+        format!("take a wheel of at most {fits:.1} mm diameter")
+    } else {
+        "no wheel with this gap fits there; check the numbers of `form`".to_string()
+    };
+    Some(Problem::error(codes::E0631, "tool.diameter", message).help(help))
 }
 
 fn wheel_numbers(wheel: &MrfWheel) -> Vec<Problem> {

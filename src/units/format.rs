@@ -149,6 +149,24 @@ shown! {
     AngularAcceleration = Dimension::whole(0, 0, -2, 1);
     Mass = Dimension::MASS;
     Inertia = Dimension::whole(2, 1, 0, 0);
+    PerLength2 = Dimension::whole(-2, 0, 0, 0);
+    PerLength3 = Dimension::whole(-3, 0, 0, 0);
+    PerLength4 = Dimension::whole(-4, 0, 0, 0);
+    PerLength5 = Dimension::whole(-5, 0, 0, 0);
+    PerLength6 = Dimension::whole(-6, 0, 0, 0);
+    PerLength7 = Dimension::whole(-7, 0, 0, 0);
+    PerLength8 = Dimension::whole(-8, 0, 0, 0);
+    PerLength9 = Dimension::whole(-9, 0, 0, 0);
+    PerLength10 = Dimension::whole(-10, 0, 0, 0);
+    PerLength11 = Dimension::whole(-11, 0, 0, 0);
+    PerLength12 = Dimension::whole(-12, 0, 0, 0);
+    PerLength13 = Dimension::whole(-13, 0, 0, 0);
+    PerLength14 = Dimension::whole(-14, 0, 0, 0);
+    PerLength15 = Dimension::whole(-15, 0, 0, 0);
+    PerLength16 = Dimension::whole(-16, 0, 0, 0);
+    PerLength17 = Dimension::whole(-17, 0, 0, 0);
+    PerLength18 = Dimension::whole(-18, 0, 0, 0);
+    PerLength19 = Dimension::whole(-19, 0, 0, 0);
 }
 
 #[cfg(test)]

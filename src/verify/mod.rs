@@ -16,6 +16,7 @@ use crate::diagnostics::codes::E1002;
 use crate::job::{Job, Target};
 use crate::motion::{Checked, Motion};
 use crate::target::{Draft, Program};
+use crate::workpiece::form::Surface;
 
 /// A proof that the text was read back and compared. Only this module can make one.
 #[derive(Clone, Debug)]
@@ -28,18 +29,23 @@ impl<T> std::ops::Deref for Verified<T> {
     }
 }
 
-/// Proves that the draft does what `plan` and `job` ask, or says what differs (`E1000` to `E1015`).
-pub fn verify(draft: Draft<Program>, plan: &Checked<Motion>, job: &Job) -> Result<Verified<Program>, Vec<Problem>> {
-    let problems = check(&draft.0, plan, job);
+/// Proves that the draft does what `plan` and `job`, whose form is `surface`, ask, or says what differs (`E1000` to `E1015`).
+pub fn verify(
+    draft: Draft<Program>,
+    plan: &Checked<Motion>,
+    job: &Job,
+    surface: &dyn Surface,
+) -> Result<Verified<Program>, Vec<Problem>> {
+    let problems = check(&draft.0, plan, job, surface);
     if problems.is_empty() { Ok(Verified(draft.0)) } else { Err(problems) }
 }
 
 /// What in `program`, which may come from anywhere, differs from `plan` and `job`; nothing when it does what they ask.
 /// At most [`MOST_DIFFERENCES`] are described, the last problem then counts the rest.
-pub fn check(program: &Program, plan: &Checked<Motion>, job: &Job) -> Vec<Problem> {
+pub fn check(program: &Program, plan: &Checked<Motion>, job: &Job, surface: &dyn Surface) -> Vec<Problem> {
     match (&job.target, &job.robot) {
         (Some(Target::rapid(rapid)), Some(robot)) => rapid::check(program, plan, job, rapid, robot),
-        (Some(Target::krl(krl)), Some(robot)) => krl::check(program, plan, job, krl, robot),
+        (Some(Target::krl(krl)), Some(robot)) => krl::check(program, plan, (job, surface), krl, robot),
         _ => vec![Problem::error(E1002, "target", "the job names no robot and target to compare a program with")],
     }
 }

@@ -1,8 +1,8 @@
 //! The drawing of the eight ways in which a picture can lie on the part is made by the code that lays it there.
 
 use crate::{between, keep, read};
+use polishc::height_map::{Picture, lay};
 use polishc::job::Direction;
-use polishc::metrology::{Picture, lay};
 use std::path::Path;
 
 /// Pixels of the drawn picture, both ways; its middle is the part's origin.

@@ -3,7 +3,7 @@
 use polishc::dwell::least_squares::{self, Base, LinearOperator, Stop, Wanted};
 use polishc::dwell::removal::{self, Removal, Samples, Window};
 use polishc::dwell::{Footprint, floor_depth};
-use polishc::job::{Aperture, Circle, Form, Lines, Plane, Raster};
+use polishc::job::{Aperture, Circle, Lines, Plane, Raster};
 use polishc::path::raster;
 use polishc::tool::InfluenceFunction;
 use polishc::units::si::{Angle, Length};
@@ -38,9 +38,10 @@ fn raster_count(input: &Value) -> Result<Value, String> {
         line_pitch: Length(number(input, "line_spacing_mm")? * 1e-3),
         direction: Angle(0.0),
         lines: Lines::serpentine,
+        chord_error: Length(1e-5),
         holes: None,
     };
-    let path = raster::plan(&raster, &Form::plane(Plane {}), 10_000_000).map_err(|p| p.message)?;
+    let path = raster::plan(&raster, &Plane {}, 10_000_000).map_err(|p| p.message)?;
     Ok(json!({ "points": path.points.len(), "lines": path.lines.len() }))
 }
 

@@ -1,8 +1,8 @@
 //! Influence functions: the Gaussian in closed form, and spots from maps.
 
 use polishc::diagnostics::Problem;
+use polishc::height_map::npy;
 use polishc::job::{self, Direction, Empty, Measured, Origin, PixelAt, Positive, Quantity, View};
-use polishc::metrology::npy;
 use polishc::source::MemoryFiles;
 use polishc::tool::{InfluenceFunction, part_to_tool};
 use polishc::units::si::{AngularSpeed, Length, Time};
@@ -273,7 +273,7 @@ fn a_wheel_has_a_size_and_a_gap() {
             azimuth: polishc::units::si::Angle(0.5),
             influence: job::Influence::measured(measured()),
         });
-        let problems = polishc::tool::check(&tool, &job::Form::plane(job::Plane {}));
+        let problems = polishc::tool::check(&tool);
         let said: Vec<(String, String)> =
             problems.into_iter().map(|p| (p.code.to_string(), p.field.unwrap())).collect();
         (tool.standoff(), tool.azimuth(), said)

@@ -2,8 +2,9 @@
 
 use crate::workpiece::{annulus, circle, map, mm, part, rectangle};
 use polishc::diagnostics::Problem;
+use polishc::height_map::{Format, Grid, RawMap, metropro, npy, read};
 use polishc::job::{Direction, Empty, HeightMap, MapCentre, PixelAt, Positive, Quantity, Term, View, Workpiece};
-use polishc::metrology::{self, ErrorMap, Format, Grid, RawMap, metropro, npy};
+use polishc::metrology::{self, ErrorMap};
 use polishc::source::MemoryFiles;
 use polishc::units::si::{Area, Length};
 use std::collections::BTreeMap;
@@ -15,7 +16,7 @@ const ROWS: usize = 30;
 fn picture(height_nm: impl Fn(usize, usize) -> f64) -> RawMap {
     let heights: Vec<f64> = (0..COLUMNS * ROWS).map(|i| height_nm(i / COLUMNS, i % COLUMNS) * 1e-9).collect();
     let bytes = metropro::write(COLUMNS, &heights, &metropro::Settings::fizeau(0.5e-3)).unwrap();
-    metrology::read(&bytes, "map.dat").unwrap()
+    read(&bytes, "map.dat").unwrap()
 }
 
 fn place(raw: &RawMap, map: &HeightMap, part: &Workpiece) -> (Result<ErrorMap, Problem>, Vec<String>) {
@@ -93,7 +94,7 @@ fn pixels_that_are_not_square_keep_their_shape_when_x_points_up() {
         columns: 4,
         rows: 3,
         values,
-        metres: true,
+        in_metres: true,
         pixel: Some([2e-3, 1e-3]),
         wavelength: None,
         scale_factor: None,
@@ -339,8 +340,8 @@ fn a_filled_hole_is_the_harmonic_function_of_its_rim() {
     };
     let hole = |row: usize, column: usize| (10..20).contains(&row) && (14..27).contains(&column) && row + column != 30;
     let raw = RawMap {
-        metres: true,
-        ..metrology::read(
+        in_metres: true,
+        ..read(
             &npy::write(
                 COLUMNS,
                 &(0..COLUMNS * ROWS)
@@ -434,7 +435,7 @@ fn the_job_reads_its_map_through_the_files_it_is_given() {
 
 #[test]
 fn scale_problems_name_the_field_of_the_job() {
-    let raw = metrology::read(&npy::write(2, &[1.0, 2.0, 3.0, 4.0]).unwrap(), "map.npy").unwrap();
+    let raw = read(&npy::write(2, &[1.0, 2.0, 3.0, 4.0]).unwrap(), "map.npy").unwrap();
     let whole = part(circle(2.0, None), circle(1.0, None));
     let problem = place(&raw, &map(), &whole).0.unwrap_err();
     assert_eq!((problem.code.as_str(), problem.field.as_deref()), ("E0506", Some("workpiece.error.pixel")));
@@ -496,7 +497,7 @@ fn a_real_map_with_a_real_hole_lies_on_its_part() {
     // Counted with NumPy: inside a circle of 44 mm about the middle of the picture 108,999 pixels are valid (PV 239.8298,
     // RMS 23.2662 nm), and one hole of 363 pixels (5.048 mm²) has its middle 9.597 mm left of and 11.080 mm below it.
     let Some(bytes) = crate::reading::sample("zygo_metropro.dat") else { return };
-    let raw = metrology::read(&bytes, "zygo_metropro.dat").unwrap();
+    let raw = read(&bytes, "zygo_metropro.dat").unwrap();
     let fifty = part(circle(51.0, None), circle(44.0, None));
     let fill = |area: f64| HeightMap { fill_below: Some(Area(area * 1e-6)), ..map() };
     let (result, warnings) = place(&raw, &fill(5.1), &fifty);

@@ -1,7 +1,9 @@
 //! The readers: what they find in real and hand-made files, and that no bytes make them panic.
 
 use polishc::diagnostics::Problem;
-use polishc::metrology::{self, Format, metropro, npy};
+use polishc::height_map::{Format, Grid, metropro, npy, read};
+use polishc::job::ZernikeOrder;
+use polishc::metrology;
 use proptest::prelude::*;
 use std::path::PathBuf;
 
@@ -32,7 +34,7 @@ fn put(bytes: &mut [u8], at: usize, field: &[u8]) {
 }
 
 fn refused(bytes: &[u8]) -> Problem {
-    metrology::read(bytes, "map.dat").expect_err("a refusal")
+    read(bytes, "map.dat").expect_err("a refusal")
 }
 
 #[test]
@@ -49,8 +51,8 @@ fn the_three_formats_and_all_resolutions_give_half_a_wave_a_fringe() {
         (3, 2, 131_072),
     ] {
         let bytes = by_hand(format, phase_resolution, [counts_a_fringe, 0, -2 * counts_a_fringe, 2_147_483_640]);
-        let map = metrology::read(&bytes, "map.dat").unwrap();
-        assert_eq!((map.format, map.columns, map.rows, map.metres), (Format::MetroPro, 2, 2, true));
+        let map = read(&bytes, "map.dat").unwrap();
+        assert_eq!((map.format, map.columns, map.rows, map.in_metres), (Format::MetroPro, 2, 2, true));
         let expected = [316.4e-9, 0.0, -632.8e-9];
         for (found, expected) in map.values.iter().zip(expected) {
             // The wavelength is stored in single precision: 6 parts in 10^8.
@@ -72,15 +74,15 @@ fn intensity_frames_are_stepped_over() {
     put(&mut bytes, 60, &24_i32.to_be_bytes());
     bytes.extend_from_slice(&[0xAB; 24]);
     bytes.extend_from_slice(&plain[834..]);
-    let with = metrology::read(&bytes, "map.dat").unwrap();
-    assert_eq!(with, metrology::read(&plain, "map.dat").unwrap());
+    let with = read(&bytes, "map.dat").unwrap();
+    assert_eq!(with, read(&plain, "map.dat").unwrap());
 }
 
 #[test]
 fn a_lateral_resolution_of_zero_means_that_the_job_must_say_the_pixel() {
     let mut bytes = by_hand(2, 1, [1, 2, 3, 4]);
     put(&mut bytes, 184, &0_f32.to_be_bytes());
-    let map = metrology::read(&bytes, "map.dat").unwrap();
+    let map = read(&bytes, "map.dat").unwrap();
     assert_eq!(map.pixel, None);
     assert_eq!(map.pixel_pitch(None).unwrap_err().code.as_str(), "E0506");
     assert_eq!(map.pixel_pitch(Some(0.3e-3)).unwrap(), [0.3e-3; 2]);
@@ -89,7 +91,7 @@ fn a_lateral_resolution_of_zero_means_that_the_job_must_say_the_pixel() {
 
 #[test]
 fn a_stated_pixel_must_agree_with_the_file() {
-    let map = metrology::read(&by_hand(1, 1, [1, 2, 3, 4]), "map.dat").unwrap();
+    let map = read(&by_hand(1, 1, [1, 2, 3, 4]), "map.dat").unwrap();
     assert!(map.pixel_pitch(Some(0.2501e-3)).is_ok(), "0.04 % off is the same pixel");
     let problem = map.pixel_pitch(Some(0.26e-3)).unwrap_err();
     assert_eq!(problem.code.as_str(), "E0507");
@@ -101,18 +103,18 @@ fn a_stated_pixel_must_agree_with_the_file() {
 
 #[test]
 fn a_unit_belongs_to_files_without_one() {
-    let metropro = metrology::read(&by_hand(1, 1, [1, 2, 3, 4]), "map.dat").unwrap();
+    let metropro = read(&by_hand(1, 1, [1, 2, 3, 4]), "map.dat").unwrap();
     assert_eq!(metropro.heights(Some(1e-9)).unwrap_err().code.as_str(), "E0507");
-    let array = metrology::read(&npy::write(2, &[1.0, f64::NAN, -3.0, 4.0]).unwrap(), "map.npy").unwrap();
+    let array = read(&npy::write(2, &[1.0, f64::NAN, -3.0, 4.0]).unwrap(), "map.npy").unwrap();
     assert_eq!(array.heights(None).unwrap_err().code.as_str(), "E0506");
     assert_eq!(array.heights(Some(-1e-9)).unwrap_err().code.as_str(), "E0507");
     let heights = array.heights(Some(1e-9)).unwrap();
     assert!((heights[0] - 1e-9).abs() < 1e-24 && heights[1].is_nan() && (heights[2] + 3e-9).abs() < 1e-24);
     // 4 m is no form error.
     assert_eq!(array.heights(Some(1.0)).unwrap_err().code.as_str(), "E0511");
-    let infinite = metrology::read(&npy::write(2, &[1.0, f64::INFINITY]).unwrap(), "map.npy").unwrap();
+    let infinite = read(&npy::write(2, &[1.0, f64::INFINITY]).unwrap(), "map.npy").unwrap();
     assert_eq!(infinite.heights(Some(1e-9)).unwrap_err().code.as_str(), "E0511");
-    let nothing = metrology::read(&npy::write(2, &[f64::NAN; 4]).unwrap(), "map.npy").unwrap();
+    let nothing = read(&npy::write(2, &[f64::NAN; 4]).unwrap(), "map.npy").unwrap();
     assert_eq!(nothing.heights(Some(1e-9)).unwrap_err().code.as_str(), "E0508");
 }
 
@@ -183,7 +185,7 @@ fn the_writer_keeps_heights_within_half_a_count() {
     let heights = [0.0, 1e-9, -250e-9, f64::NAN, 10e-6, -3.3e-9];
     for (header_format, phase_resolution, counts) in [(1, 0, 4096.0), (2, 2, 131_072.0), (3, 1, 32768.0)] {
         let settings = metropro::Settings { header_format, phase_resolution, ..metropro::Settings::fizeau(0.5e-3) };
-        let map = metrology::read(&metropro::write(3, &heights, &settings).unwrap(), "map.dat").unwrap();
+        let map = read(&metropro::write(3, &heights, &settings).unwrap(), "map.dat").unwrap();
         let half_a_count = 632.8e-9 * 0.5 / counts / 2.0;
         for (found, expected) in map.values.iter().zip(heights) {
             assert!(found.is_nan() == expected.is_nan());
@@ -238,23 +240,20 @@ fn arrays_of_every_real_type_and_order_read_the_same() {
         ("|i1", bytes_of(signed.map(|v| (v as i8).to_le_bytes()))),
     ];
     for (descr, data) in cases {
-        let map = metrology::read(&array(descr, "False", "(2, 3)", &data), "a.npy").unwrap();
+        let map = read(&array(descr, "False", "(2, 3)", &data), "a.npy").unwrap();
         assert_eq!((map.rows, map.columns, &map.values[..]), (2, 3, &signed[..]), "{descr}");
     }
     let unsigned = [1.0, 2.0, 3.0, 4.0, 5.0, 60000.0];
-    let map = metrology::read(
-        &array("<u2", "False", "(2, 3)", &bytes_of(unsigned.map(|v| (v as u16).to_le_bytes()))),
-        "a.npy",
-    );
+    let map = read(&array("<u2", "False", "(2, 3)", &bytes_of(unsigned.map(|v| (v as u16).to_le_bytes()))), "a.npy");
     assert_eq!(map.unwrap().values, unsigned);
     // Fortran order: columns one after the other.
     let columns = [1.0, -4.0, 2.0, 5.0, 3.0, 6.0];
-    let map = metrology::read(&array("<f8", "True", "(2, 3)", &bytes_of(columns.map(f64::to_le_bytes))), "a.npy");
+    let map = read(&array("<f8", "True", "(2, 3)", &bytes_of(columns.map(f64::to_le_bytes))), "a.npy");
     assert_eq!(map.unwrap().values, signed);
     // Versions 2 and 3, double quotes, other order of keys, no blanks.
     for version in [2, 3] {
         let header = "{\"shape\":(2,3),\"descr\":\"<f8\",\"fortran_order\":False}";
-        let map = metrology::read(&array_with(header, version, &bytes_of(signed.map(f64::to_le_bytes))), "a.npy");
+        let map = read(&array_with(header, version, &bytes_of(signed.map(f64::to_le_bytes))), "a.npy");
         assert_eq!(map.unwrap().values, signed);
     }
 }
@@ -297,7 +296,7 @@ fn arrays_that_are_no_maps_are_refused() {
 proptest! {
     #[test]
     fn random_bytes_never_panic(bytes in prop::collection::vec(any::<u8>(), 0..600)) {
-        let _ = metrology::read(&bytes, "noise");
+        let _ = read(&bytes, "noise");
         let _ = metrology::inspect(&bytes, "noise", Some(1e-9), Some(1e-3));
     }
 
@@ -346,11 +345,63 @@ fn a_file_from_a_real_interferometer() {
     assert_eq!((found.wavelength_nm, found.pv_nm, found.rms_nm), (Some(632.8), 330.700, 44.591));
     assert_eq!((found.pv_detilted_nm, found.rms_detilted_nm), (Some(330.700), Some(44.591)));
     // The highest pixel stands in row 401, column 268 of the picture, the lowest in row 146, column 387 (NumPy).
-    let map = metrology::read(&bytes, "zygo_metropro.dat").unwrap();
+    let map = read(&bytes, "zygo_metropro.dat").unwrap();
     let place = |i: usize| (i / map.columns, i % map.columns);
     let valid = || map.values.iter().enumerate().filter(|(_, v)| !v.is_nan());
     assert_eq!(place(valid().max_by(|a, b| a.1.total_cmp(b.1)).unwrap().0), (401, 268));
     assert_eq!(place(valid().min_by(|a, b| a.1.total_cmp(b.1)).unwrap().0), (146, 387));
+}
+
+/// The study's maps inside 180 mm, piston and tilt off: PV, RMS and PVr with the 36 Fringe and with the 36 standard
+/// polynomials, by the study's own code (NumPy). Map B is the example's; the others lie beside the samples.
+#[test]
+fn robust_figures_of_the_study() {
+    let beside = |name: &str| {
+        let folder = std::env::var_os("POLISHC_SAMPLES")
+            .map_or_else(|| std::path::PathBuf::from("../shared/samples"), std::path::PathBuf::from);
+        folder.join("../maps").join(name)
+    };
+    for (path, pv, rms, fringe, standard) in [
+        ("examples/sphere_200/map_b.npy".into(), 96.416, 15.232, 100.101, 97.945),
+        (beside("map_A_pv1.0.npy"), 632.326, 114.284, 664.832, 712.757),
+        (beside("map_C_pv0.10.npy"), 64.447, 10.314, 67.262, 67.673),
+    ] {
+        let Ok(bytes) = std::fs::read(&path) else {
+            println!("skipped: there is no {}", path.display());
+            continue;
+        };
+        let map = read(&bytes, "map.npy").unwrap();
+        let masked: Vec<f64> = (0..200 * 200)
+            .map(|i| {
+                let (x, y) = ((i % 200) as f64 - 99.5, (i / 200) as f64 - 99.5);
+                if x * x + y * y < 90.0 * 90.0 { map.values[i] } else { f64::NAN }
+            })
+            .collect();
+        let masked = npy::write(200, &masked).unwrap();
+        let found = metrology::inspect(&masked, "map.npy", Some(1e-9), Some(1e-3)).unwrap();
+        let near = |found: Option<f64>, expected: f64| {
+            let found = found.expect("a figure");
+            assert!((found - expected).abs() < 1.1e-3, "{}: {found}, expected {expected}", path.display());
+        };
+        near(found.pv_detilted_nm, pv);
+        near(found.rms_detilted_nm, rms);
+        near(found.pvr_fringe36_nm, fringe);
+        // The other set, of the picture without its plane: the mask is symmetric, so that mean and slopes are independent.
+        let raw = read(&masked, "map.npy").unwrap();
+        let mut grid = Grid { columns: 200, rows: 200, pixel: [1e-3; 2], origin: [-99.5e-3; 2], values: raw.values };
+        let place = |i: usize| [(i % 200) as f64 - 99.5, (i / 200) as f64 - 99.5];
+        let valid: Vec<usize> = (0..200 * 200).filter(|i| !grid.values[*i].is_nan()).collect();
+        let mean = valid.iter().map(|i| grid.values[*i]).sum::<f64>() / valid.len() as f64;
+        let slope = [0, 1].map(|k| {
+            let sum = |f: &dyn Fn(usize) -> f64| valid.iter().map(|i| place(*i)[k] * f(*i)).sum::<f64>();
+            sum(&|i| grid.values[i]) / sum(&|i| place(i)[k])
+        });
+        for i in valid {
+            grid.values[i] -= mean + slope[0] * place(i)[0] + slope[1] * place(i)[1];
+        }
+        let other = metrology::pvr(&grid, &[true; 200 * 200], ZernikeOrder::noll).expect("enough pixels");
+        near(Some(other.pvr), standard);
+    }
 }
 
 #[test]

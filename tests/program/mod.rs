@@ -35,7 +35,7 @@ pub fn job_value() -> Value {
         }},
         "path": {"raster": {
             "over": {"circle": {"diameter": 0.38, "centre": null}}, "point_step": 0.004, "line_pitch": 0.0005,
-            "direction": 0.0, "lines": "serpentine", "holes": {"cross": {"process": "on"}}
+            "direction": 0.0, "lines": "serpentine", "chord_error": 1e-5, "holes": {"cross": {"process": "on"}}
         }},
         "dwell": {"corrective": {
             "removal_fraction": 0.8, "piston": {"free": {"at_most": 2e-8}}, "feed": {"from": 2e-4, "to": 0.1},

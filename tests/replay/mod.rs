@@ -1,7 +1,8 @@
-//! A job of a 60 mm flat that a test can turn every way, its program, and what reads that program: for the tests that
+//! A job of a 60 mm part that a test can turn every way, its program, and what reads that program: for the tests that
 //! prove the whole chain from the job's text to the program's text.
 #![allow(dead_code, reason = "each test crate uses its own part")]
 
+pub mod forms;
 pub mod program_text;
 pub mod rigid;
 
@@ -78,7 +79,7 @@ let cell = robot_cell {
 job trial {
     workpiece {
         part:     "B60"
-        form:     plane
+        form:     @form@
         edge:     circle { diameter: 60 mm }
         clear:    circle { diameter: 55 mm }
         material: fused_silica
@@ -127,6 +128,7 @@ job trial {
 
 /// The words of [`JOB`] that most tests leave alone.
 const USUAL: &[(&str, &str)] = &[
+    ("form", "plane"),
     ("quantity", "surface"),
     ("positive", "high"),
     ("view", "from_tool_side"),
@@ -173,8 +175,13 @@ pub fn npy(columns: usize, values: &[f64]) -> Vec<u8> {
 
 /// Compiles a job of one text and one map all the way. It must succeed.
 pub fn compile(text: String, map: Vec<u8>) -> Compilation {
+    compile_with(text, map, Vec::new())
+}
+
+/// The same of a job that names more files.
+pub fn compile_with(text: String, map: Vec<u8>, more: Vec<(String, Vec<u8>)>) -> Compilation {
     let files = [("trial/trial.polish".to_string(), text.into_bytes()), ("trial/map.npy".to_string(), map)];
-    let files = MemoryFiles(files.into_iter().collect());
+    let files = MemoryFiles(files.into_iter().chain(more).collect());
     let done = session::compile(&files, &Request::new("trial/trial.polish"), &Unwatched);
     assert!(!done.failed(), "{}", render::render(&done.sources, &done.diagnostics, Style::Human, false));
     done

@@ -4,7 +4,10 @@
 //! `wobjdata`, so that a test can ask the text what it says without the crate's own reader or planner. It knows no more
 //! than the statements that the tests look at.
 
-use super::rigid::{Pose, Quaternion};
+use super::rigid::{Pose, Quaternion, dot};
+
+/// Half of the travel height of the test's job, mm: a move that goes so far off the glass lifts the tool.
+const LIFT: f64 = 20.0;
 
 /// A move, in the order in which the controller makes them. Lengths in mm, angles in degrees, speeds in mm/s.
 #[derive(Clone, Debug, PartialEq)]
@@ -77,7 +80,8 @@ impl ProgramText {
     }
 
     /// The runs: what stands between two joint moves goes down to a first point, along, and up; a straight move to the
-    /// next run's approach may follow. The part is a plane: heights in the object frame tell which is which.
+    /// next run's approach may follow. A run ends where the tool goes off the glass against its own z axis, by more than
+    /// from any line to the next.
     pub fn runs(&self) -> Vec<RunText> {
         let mut runs: Vec<RunText> = Vec::new();
         for one in &self.moves {
@@ -94,9 +98,12 @@ impl ProgramText {
         // After the joint moves to home there is nothing.
         runs.retain(|run| !run.points.is_empty());
         for run in &mut runs {
-            let low = run.points[0].target.at[2];
-            let count = run.points.iter().take_while(|point| point.target.at[2] < low + 1.0).count();
-            run.retract = run.points.get(count).expect("a run ends lifted").target;
+            let lifted = |pair: &[PathPoint]| {
+                let away: [f64; 3] = std::array::from_fn(|i| pair[1].target.at[i] - pair[0].target.at[i]);
+                dot(away, pair[0].target.turn.rotate([0.0, 0.0, -1.0])) > LIFT
+            };
+            let count = run.points.windows(2).position(lifted).expect("a run ends lifted") + 1;
+            run.retract = run.points[count].target;
             run.points.truncate(count);
         }
         runs

@@ -22,12 +22,14 @@ use crate::job::{Job, Krl, Robot, RobotCell};
 use crate::motion::{Arm, Motion, Purpose};
 use crate::target::krl::Names;
 use crate::target::{Program, ProgramFile};
+use crate::workpiece::form::Surface;
 use lexer::Fault;
 
 /// What a program is compared with.
 struct Wanted<'a> {
     motion: &'a Motion,
     job: &'a Job,
+    surface: &'a dyn Surface,
     krl: &'a Krl,
     cell: &'a RobotCell,
     arm: Arm,
@@ -43,7 +45,13 @@ struct Pair<'a> {
 }
 
 /// What differs between `program` and the plan; see [`crate::verify::check`].
-pub fn check(program: &Program, motion: &Motion, job: &Job, krl: &Krl, robot: &Robot) -> Vec<Problem> {
+pub fn check(
+    program: &Program,
+    motion: &Motion,
+    (job, surface): (&Job, &dyn Surface),
+    krl: &Krl,
+    robot: &Robot,
+) -> Vec<Problem> {
     let Some(cell) = &robot.cell else {
         return vec![Problem::error(E1002, "robot.cell", "the robot has no cell to compare a program with")];
     };
@@ -53,7 +61,7 @@ pub fn check(program: &Program, motion: &Motion, job: &Job, krl: &Krl, robot: &R
     };
     let names = Names::new(krl, motion.purpose);
     let digest = crate::target::krl::digest(motion, job);
-    let wanted = Wanted { motion, job, krl, cell, arm, names, digest };
+    let wanted = Wanted { motion, job, surface, krl, cell, arm, names, digest };
     let mut findings = Findings::default();
     let file = |name: String| program.files.iter().find(|file| file.name.eq_ignore_ascii_case(&name)).ok_or(name);
     let pair = |name: &str, findings: &mut Findings| -> Option<Pair> {

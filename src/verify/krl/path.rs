@@ -437,7 +437,6 @@ impl SubProgram<'_> {
             return way.lost();
         }
         let workpiece = &self.wanted.job.workpiece;
-        let form = workpiece.form.surface();
         for end in 1..count {
             let Some(pose) = spline::at(&way.poses, end, 0.5) else { continue };
             let tool = self.replay.tool(&pose);
@@ -455,7 +454,7 @@ impl SubProgram<'_> {
                 let (code, field) = (E1015, "path.point_step");
                 report(Difference { code, field, what });
             };
-            if let Some(surface) = form.at(contact.x, contact.y) {
+            if let Some(surface) = self.wanted.surface.at(contact.x, contact.y) {
                 let normal = Vector3::from(surface.normal());
                 let off = ((contact.z - surface.sag) * normal.z).abs();
                 let lean = angle_between_directions(&axis, &-normal);

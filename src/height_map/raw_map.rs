@@ -25,10 +25,10 @@ pub struct RawMap {
     pub format: Format,
     pub columns: usize,
     pub rows: usize,
-    /// Row-major from the top left. Metres where `metres`, else in the unit that the job must state.
+    /// Row-major from the top left. Metres where `in_metres`, else in the unit that the job must state.
     pub values: Vec<f64>,
     /// Whether the file says its vertical scale.
-    pub metres: bool,
+    pub in_metres: bool,
     /// Pitch of the pixels along rows and along columns, metres, where the file says it.
     pub pixel: Option<[f64; 2]>,
     /// Metres, where the file says it.
@@ -81,11 +81,10 @@ impl RawMap {
         }
     }
 
-    /// All values in metres, NaN where invalid. `unit` is the height that the value 1 means. Fields are `unit`, or
-    /// `file`. E0506 if nobody says the unit, E0507 if it is stated although the file says its own, E0508 if no pixel
-    /// is valid, E0511 if a height is infinite or beyond a centimetre.
-    pub fn heights(&self, unit: Option<f64>) -> Result<Vec<f64>, Problem> {
-        let scale = match (self.metres, unit) {
+    /// All values in metres, NaN where invalid. `unit` is the height that the value 1 means. Fields are `unit`. E0506 if
+    /// nobody says the unit, E0507 if it is stated although the file says its own.
+    pub fn metres(&self, unit: Option<f64>) -> Result<Vec<f64>, Problem> {
+        let scale = match (self.in_metres, unit) {
             (true, None) => 1.0,
             (false, Some(unit)) if unit > 0.0 && unit.is_finite() => unit,
             (false, Some(unit)) => {
@@ -110,7 +109,13 @@ impl RawMap {
                 .help("leave `unit` out"));
             }
         };
-        let heights: Vec<f64> = self.values.iter().map(|value| value * scale).collect();
+        Ok(self.values.iter().map(|value| value * scale).collect())
+    }
+
+    /// [`metres`](Self::metres) of a form error. Fields are `unit`, or `file`. Beside its errors E0508 if no pixel is
+    /// valid, E0511 if a height is infinite or beyond a centimetre.
+    pub fn heights(&self, unit: Option<f64>) -> Result<Vec<f64>, Problem> {
+        let heights = self.metres(unit)?;
         if heights.iter().all(|h| h.is_nan()) {
             return Err(Problem::error(codes::E0508, "file", "the map has no valid pixel")
                 .help("look at the map on the instrument: the part was not seen, or was masked away"));
@@ -122,7 +127,7 @@ impl RawMap {
                 heights[at] * 1e3,
                 LARGEST_HEIGHT * 1e3
             );
-            let field = if self.metres { "file" } else { "unit" };
+            let field = if self.in_metres { "file" } else { "unit" };
             return Err(Problem::error(codes::E0511, field, message)
                 .help("check the unit; mark invalid pixels as NaN, not by a large number"));
         }

@@ -71,7 +71,7 @@ pub fn read(bytes: &[u8], name: &str) -> Result<RawMap, Problem> {
         columns,
         rows,
         values,
-        metres: false,
+        in_metres: false,
         pixel: None,
         wavelength: None,
         scale_factor: None,

@@ -45,7 +45,7 @@ impl Picture {
 }
 
 /// The middle `[column, row]`, in pixels, of the box around the values that are not NaN; `None` if there are none.
-pub(super) fn valid_middle(columns: usize, values: &[f64]) -> Option<[f64; 2]> {
+pub(crate) fn valid_middle(columns: usize, values: &[f64]) -> Option<[f64; 2]> {
     let (mut low, mut high) = ([usize::MAX; 2], [0_usize; 2]);
     for (row, line) in values.chunks_exact(columns).enumerate() {
         let Some(first) = line.iter().position(|v| !v.is_nan()) else { continue };

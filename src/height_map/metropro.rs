@@ -107,7 +107,7 @@ pub fn read(bytes: &[u8], name: &str) -> Result<RawMap, Problem> {
         columns: columns as usize,
         rows: rows as usize,
         values,
-        metres: true,
+        in_metres: true,
         pixel,
         wavelength: Some(wavelength),
         scale_factor: Some(scale_factor),
