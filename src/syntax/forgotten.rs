@@ -19,6 +19,10 @@ impl Matcher<'_> {
         if self.lexemes[name].kind != LexemeKind::Word {
             return false;
         }
+        // A unit is no name: what is missing is the name before the bracket.
+        if name > 0 && self.lexemes[name - 1].kind == LexemeKind::Number {
+            return false;
+        }
         let gap = Span { start: self.lexemes[name].end, end: self.lexemes[at].start, file: self.file };
         let comment = self.text[gap.start as usize..gap.end as usize].contains('/');
         let mut diagnostic =
