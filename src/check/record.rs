@@ -330,9 +330,12 @@ impl Checker<'_> {
             Type::Family(family) => self.member_named(*family, &name.text),
             _ => None,
         });
+        let taken = !open.is_empty();
         self.say(diagnostic);
-        // What stands in it is looked at all the same.
+        // What stands in it is looked at all the same, unless nothing here takes such a record: then all of it is out of
+        // place, and its own records would each say so again.
         if let ExprKind::Record { body, .. } = &value.kind
+            && taken
             && let Some(kind) = kind.or_else(|| self.schema_named(place.module, &name.text))
         {
             self.record(place, kind, body, value.span, name.span);

@@ -99,8 +99,8 @@ impl Place<'_> {
 fn operator(place: &Place<'_>, token: &Token) -> Option<Foreign> {
     let rest = place.rest(token);
     let (written, ours, kind) = OPERATORS.into_iter().find(|(written, _, _)| rest.starts_with(written))?;
-    // A run of unknown characters is one token; a part of it is nothing that we know.
-    if token.kind == TokenKind::Unknown && token.end - token.start > written.len() as u32 {
+    // A run of unknown characters is one token; a part of it is nothing that we know. Nor is `!` in our own `!=`.
+    if token.end - token.start > written.len() as u32 {
         return None;
     }
     // `...5` is `..` and `.5`.

@@ -128,14 +128,21 @@ impl Matcher<'_> {
         let opened = self.stack.iter().filter(here).count();
         // Other brackets may be the ones that are wrong: each kind is counted for itself.
         let (mut depth, mut own, mut closed) = (0usize, 0usize, 0);
+        // For every bracket opened behind `at`, whether a field stands in it: then a list may lack its opener there.
+        let mut fields: Vec<bool> = Vec::new();
         for lexeme in self.lexemes[at..].iter().take_while(|lexeme| lexeme.line == line).take(WALK) {
             match lexeme.kind {
                 LexemeKind::Open(opener) => {
                     depth += 1;
+                    fields.push(false);
                     own += usize::from(opener == bracket);
                 }
                 LexemeKind::Close(closer) => {
+                    if closer == Bracket::Square && bracket == closer && own == 0 && fields.last() == Some(&true) {
+                        return false;
+                    }
                     depth = depth.saturating_sub(1);
+                    fields.pop();
                     if closer == bracket && own == 0 {
                         closed += 1;
                     } else if closer == bracket {
@@ -143,6 +150,7 @@ impl Matcher<'_> {
                     }
                 }
                 LexemeKind::Colon if depth == 0 && closed == 0 && bracket == Bracket::Square => return false,
+                LexemeKind::Colon => fields.last_mut().into_iter().for_each(|field| *field = true),
                 _ => {}
             }
         }
