@@ -16,6 +16,7 @@ pub mod check;
 #[cfg(feature = "cli")]
 pub mod cli;
 pub mod diagnostics;
+pub mod doc;
 pub mod dwell;
 pub mod eval;
 pub mod height_map;

@@ -3,7 +3,7 @@
 //! In: a [`FileProvider`], a [`Request`]. Out: a [`Compilation`]: the sources read, everything there is to say, and what
 //! was planned for each job. Nothing is written and no clock is read: [`Watch`] tells the caller which pass begins.
 
-mod allow;
+pub mod allow;
 
 use crate::check;
 use crate::diagnostics::codes as code;

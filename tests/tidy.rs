@@ -14,6 +14,7 @@ const LAYERS: &[(&str, &[&str])] = &[
     ("job", &["source", "units"]),
     ("check", &["source", "units", "diagnostics", "syntax"]),
     ("eval", &["source", "units", "diagnostics", "syntax", "check", "job"]),
+    ("doc", &["source", "units", "syntax", "check", "eval"]),
     ("height_map", &["source", "diagnostics", "job"]),
     ("workpiece", &["source", "units", "diagnostics", "job", "height_map"]),
     ("metrology", &["source", "units", "diagnostics", "job", "height_map", "workpiece"]),

@@ -88,8 +88,42 @@ pub enum Emit {
     Program,
 }
 
+/// Projects that `new` can make.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Template {
+    /// A flat, figured with an MRF wheel on an ABB arm.
+    Mrf,
+    /// Not there yet.
+    Bonnet,
+    /// Not there yet.
+    Planetary,
+    /// Not there yet.
+    Swing,
+}
+
+impl Template {
+    /// As it is written.
+    pub fn name(self) -> &'static str {
+        match self {
+            Template::Mrf => "mrf",
+            Template::Bonnet => "bonnet",
+            Template::Planetary => "planetary",
+            Template::Swing => "swing",
+        }
+    }
+}
+
 #[derive(Debug, Subcommand)]
 pub enum Command {
+    /// Make a project that builds, with its data.
+    New {
+        /// Its folder, which must not exist yet or be empty; the job is named after it.
+        #[arg(value_name = "DIR")]
+        folder: PathBuf,
+        /// What it begins with.
+        #[arg(long, value_enum, default_value_t = Template::Mrf)]
+        template: Template,
+    },
     /// Check jobs: names, types, files, plan, motion and program, all in memory; nothing is written.
     Check {
         #[arg(required = true, value_name = "FILE")]
@@ -119,6 +153,19 @@ pub enum Command {
         /// Write these intermediate forms instead of programs.
         #[arg(long, value_enum, value_delimiter = ',', value_name = "FORM,…")]
         emit: Vec<Emit>,
+    },
+    /// Plan a job with several values of its params, and show what each is predicted to give.
+    Sweep {
+        file: PathBuf,
+        /// A param and the values to try; several params give all combinations.
+        #[arg(long, required = true, value_name = "NAME=VALUE,…")]
+        over: Vec<String>,
+        /// Only this job of the file.
+        #[arg(long, value_name = "NAME")]
+        job: Option<String>,
+        /// Give another param its value.
+        #[arg(long, value_name = "NAME=VALUE")]
+        set: Vec<String>,
     },
     /// Read a robot program, ours or edited, and compare it with the job.
     Verify {
@@ -152,6 +199,19 @@ pub enum Command {
         #[arg(long, value_name = "LENGTH")]
         pixel: Option<String>,
     },
+    /// Show a job as it stands: every value, and who said it.
+    Show {
+        file: PathBuf,
+        /// Only what the job does not say, with the reasons of the defaults.
+        #[arg(long)]
+        defaults: bool,
+        /// Show only this job of the file.
+        #[arg(long, value_name = "NAME")]
+        job: Option<String>,
+        /// Give a param its value.
+        #[arg(long, value_name = "NAME=VALUE")]
+        set: Vec<String>,
+    },
     /// Put files into the one look: all of them or none. Comments, and where lines end, stay.
     Fmt {
         #[arg(required = true, value_name = "FILE")]
@@ -160,6 +220,22 @@ pub enum Command {
         #[arg(long)]
         check: bool,
     },
+    /// Tell what a word of the vocabulary means: a schema, a family, a field, a unit, a value of stdlib.
+    Doc {
+        /// The word. Without it, all words are listed.
+        name: Option<String>,
+        /// Write the whole vocabulary as a page, `index.html`.
+        #[arg(long, conflicts_with = "name")]
+        html: bool,
+        /// Folder for the page (default: out/doc).
+        #[arg(short, value_name = "DIR", requires = "html")]
+        output: Option<PathBuf>,
+    },
     /// Explain a diagnostic's code.
     Explain { code: String },
+    /// Print the completions of a shell, to be put where it looks for them.
+    Completions {
+        #[arg(value_enum)]
+        shell: clap_complete::Shell,
+    },
 }

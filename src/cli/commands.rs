@@ -4,9 +4,9 @@
 
 use super::arguments::{Arguments, Command, Common, Deny, Emit, For, MessageFormat};
 use super::disk::Disk;
-use super::fmt;
 use super::output::{self, Output, RealFolder};
 use super::terminal::{BUG, Timings, WRONG_COMMAND, WRONG_INPUT, finish, say, show};
+use super::{doc, fmt, new, show as shown, sweep};
 use crate::diagnostics::codes as code;
 use crate::diagnostics::{Code, Diagnostic};
 use crate::height_map;
@@ -67,22 +67,39 @@ fn dispatch(arguments: &Arguments) -> u8 {
         Command::Inspect { files, json, unit, pixel } => {
             inspect(common, files, *json, unit.as_deref(), pixel.as_deref())
         }
+        Command::New { folder, template } => new::project(common, folder, *template),
+        Command::Sweep { file, over, job, set } => {
+            let request = request(common, file, job.as_deref(), set, For::Polish, Until::Program);
+            sweep::sweep(common, &request, over)
+        }
+        Command::Show { file, defaults, job, set } => {
+            let options = crate::eval::Options { sets: sets(set), job: job.clone() };
+            shown::job(common, file, &options, *defaults)
+        }
         Command::Fmt { files, check } => fmt::format(common, files, *check),
+        Command::Doc { html: true, output, .. } => doc::page(common, output.as_deref()),
+        Command::Doc { name, .. } => doc::word(common, name.as_deref()),
         Command::Explain { code } => explain(code),
+        Command::Completions { shell } => {
+            clap_complete::generate(*shell, &mut super::command(), "polishc", &mut std::io::stdout());
+            0
+        }
     }
 }
 
+/// The pairs of `--set NAME=VALUE`.
+pub fn sets(set: &[String]) -> Vec<(String, String)> {
+    let pair = |pair: &String| match pair.split_once('=') {
+        Some((name, value)) => (name.trim().to_string(), value.trim().to_string()),
+        None => (pair.trim().to_string(), String::new()),
+    };
+    set.iter().map(pair).collect()
+}
+
 fn request(common: &Common, file: &Path, job: Option<&str>, set: &[String], purpose: For, until: Until) -> Request {
-    let sets = set
-        .iter()
-        .map(|pair| match pair.split_once('=') {
-            Some((name, value)) => (name.trim().to_string(), value.trim().to_string()),
-            None => (pair.trim().to_string(), String::new()),
-        })
-        .collect();
     Request {
         path: file.to_string_lossy().into_owned(),
-        sets,
+        sets: sets(set),
         job: job.map(str::to_string),
         purpose: match purpose {
             For::Polish => Purpose::Polish,

@@ -3,8 +3,17 @@
 mod arguments;
 mod commands;
 mod disk;
+mod doc;
 mod fmt;
+mod new;
 pub mod output;
+mod show;
+mod sweep;
 mod terminal;
 
 pub use commands::run;
+
+/// The whole command line, for man pages and completions.
+pub fn command() -> clap::Command {
+    <arguments::Arguments as clap::CommandFactory>::command()
+}

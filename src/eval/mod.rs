@@ -9,10 +9,12 @@ mod deserialize;
 mod evaluate;
 mod limits;
 mod requirement;
+mod shown;
 pub mod value;
 
 pub use deserialize::{Misfit, from_value};
 pub use requirement::{Outcome, Requirement};
+pub use shown::{Said, Shown, ShownField};
 
 use crate::check::types::Vocabulary;
 use crate::check::{self, Checked, CheckedJob, given_fields, load};
@@ -22,7 +24,6 @@ use crate::source::{FileId, FileProvider, Sources, Span};
 use crate::syntax::ast::Allow;
 use evaluate::{Evaluator, Surroundings};
 use std::collections::BTreeSet;
-use value::{Value, ValueKind};
 
 /// What the caller may choose.
 #[derive(Clone, Debug, Default)]
@@ -59,8 +60,8 @@ pub struct CompiledJob {
     pub origins: Origins,
     pub requirements: Vec<Requirement>,
     pub params: Vec<ParamValue>,
-    /// What the schemas' defaults gave: field path and value for people, in order of path.
-    pub defaults: Vec<(String, String)>,
+    /// Every value with who said it.
+    pub fields: Vec<ShownField>,
 }
 
 /// A parameter with the value that this compilation used.
@@ -172,8 +173,7 @@ impl<'a> Evaluator<'a> {
         let (value, requirements) = value.zip(requirements.into_iter().collect::<Option<Vec<Requirement>>>())?;
         let mut origins = Origins::default();
         value.origins("", &mut origins.0);
-        let mut defaults = Vec::new();
-        self.defaults("", &value, &mut defaults);
+        let fields = self.shown_fields(&value);
         let params = self.params();
         match from_value::<Job>(&value) {
             Ok(described) => Some(CompiledJob {
@@ -183,7 +183,7 @@ impl<'a> Evaluator<'a> {
                 origins,
                 requirements,
                 params,
-                defaults,
+                fields,
             }),
             Err(why) => {
                 let message = format!("this job does not fit the compiler: {why}");
@@ -203,27 +203,6 @@ impl<'a> Evaluator<'a> {
             }
         }
         params
-    }
-
-    fn defaults(&self, path: &str, value: &Value, into: &mut Vec<(String, String)>) {
-        let below = |name: &str| if path.is_empty() { name.to_string() } else { format!("{path}.{name}") };
-        match &value.kind {
-            ValueKind::Record(record) => {
-                let schema = self.checked.vocabulary.schema(record.schema);
-                for (name, field) in &record.fields {
-                    match schema.field(name).and_then(|field| field.default_text.clone()) {
-                        Some(text) if field.is_default => into.push((below(name), text)),
-                        _ => self.defaults(&below(name), &field.value, into),
-                    }
-                }
-            }
-            ValueKind::List(elements) => {
-                for (index, element) in elements.iter().enumerate() {
-                    self.defaults(&below(&index.to_string()), element, into);
-                }
-            }
-            _ => {}
-        }
     }
 
     /// Every default of a schema keeps to the limits of its own field.

@@ -77,7 +77,7 @@ pub struct Lexed {
     pub cut_short: bool,
 }
 
-const KEYWORDS: [&str; 12] =
+pub const KEYWORDS: [&str; 12] =
     ["and", "or", "not", "if", "then", "else", "for", "in", "with", "where", "usual", "because"];
 
 /// Drops blanks and comments, and says what is wrong with single tokens.

@@ -81,6 +81,11 @@ pub fn parse(file: FileId, text: &str) -> (Ast, Vec<Diagnostic>) {
     (ast, diagnostics)
 }
 
+/// Whether `word` cannot name an item: a keyword, or a word that begins one.
+pub fn is_reserved(word: &str) -> bool {
+    lexemes::KEYWORDS.contains(&word) || entries::is_item_word(word)
+}
+
 /// An entry could not be read, and that was said.
 struct Unreadable;
 

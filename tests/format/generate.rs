@@ -200,14 +200,68 @@ impl<'a> Program<'a> {
         }
     }
 
+    fn because(&mut self) {
+        self.word(Between::Lines, "because");
+        self.word(Between::Lines, "\"it // is so\"");
+    }
+
+    fn function(&mut self, name: &str) {
+        self.word(Between::Nothing, "fn");
+        self.word(Between::Blank, name);
+        self.word(Between::Line, "(");
+        let count = self.random.below(3);
+        for i in 0..count {
+            if i > 0 {
+                self.word(Between::Lines, ",");
+            }
+            self.word(Between::Lines, ["d", "e"][i]);
+            self.word(Between::Line, ":");
+            self.product(Between::Lines);
+        }
+        if count > 0 && self.random.chance(20) {
+            self.word(Between::Lines, ",");
+        }
+        self.word(Between::Lines, ")");
+        self.word(Between::Lines, "->");
+        self.ty(1);
+        self.word(Between::Lines, "=");
+        self.value(2, Between::Lines);
+    }
+
+    /// `if … then … else …`, with a chain now and then.
+    fn choice(&mut self, between: Between) {
+        self.word(between, "if");
+        self.comparison(1, Between::Lines);
+        self.word(Between::Lines, "then");
+        self.arithmetic(1, Between::Lines);
+        self.word(Between::Lines, "else");
+        match self.random.chance(25) {
+            true => self.choice(Between::Lines),
+            false => self.arithmetic(1, Between::Lines),
+        }
+    }
+
     fn item(&mut self) {
+        if self.random.chance(10) {
+            self.word(Between::Nothing, "allow");
+            self.word(Between::Blank, "W0401");
+            self.because();
+            self.blanks.put(self.random, Between::Newline, &mut self.text);
+        }
         self.doc();
+        if self.random.chance(10) {
+            self.word(Between::Nothing, "assert");
+            self.comparison(2, Between::Blank);
+            self.because();
+            return;
+        }
         if self.random.chance(30) {
             self.word(Between::Nothing, "pub");
             self.text.push(' ');
         }
         let name = self.random.one_of(&NAMES);
-        match self.random.below(9) {
+        match self.random.below(10) {
+            9 => self.function(name),
             0 => {
                 self.word(Between::Nothing, "use");
                 self.word(Between::Blank, "std");
@@ -329,6 +383,9 @@ impl<'a> Program<'a> {
         if self.random.chance(15) {
             self.word(Between::Nothing, "check");
             self.comparison(2, Between::Blank);
+            if self.random.chance(50) {
+                self.because();
+            }
             return;
         }
         let name = self.random.one_of(&FIELDS);
@@ -443,7 +500,8 @@ impl<'a> Program<'a> {
     }
 
     fn value(&mut self, depth: usize, between: Between) {
-        match self.random.below(9) {
+        match self.random.below(10) {
+            9 => self.choice(between),
             0 | 1 if depth > 0 => {
                 let name = self.random.one_of(&NAMES);
                 self.word(between, name);
@@ -467,6 +525,17 @@ impl<'a> Program<'a> {
     }
 
     fn list(&mut self, depth: usize, between: Between) {
+        if self.random.chance(20) {
+            self.word(between, "[");
+            self.list_start = true;
+            self.arithmetic(depth.min(2), Between::Lines);
+            self.word(Between::Lines, "for");
+            self.word(Between::Lines, "i");
+            self.word(Between::Lines, "in");
+            self.range(0, Between::Lines);
+            self.word(Between::Lines, "]");
+            return;
+        }
         self.group(between, "[", "]", 5, |program, _| {
             program.list_start = true;
             match program.random.below(5) {
@@ -560,7 +629,10 @@ impl<'a> Program<'a> {
             }
             3 if depth > 0 => {
                 self.word(between, "(");
-                self.arithmetic(depth - 1, Between::Lines);
+                match self.random.chance(20) {
+                    true => self.choice(Between::Lines),
+                    false => self.arithmetic(depth - 1, Between::Lines),
+                }
                 self.word(Between::Lines, ")");
             }
             4 if depth > 0 => {

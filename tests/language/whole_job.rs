@@ -2,7 +2,7 @@
 
 use super::{library, said};
 use polishc::eval::value::{Value, ValueKind};
-use polishc::eval::{Compiled, Options, compile, from_value};
+use polishc::eval::{Compiled, Options, Said, Shown, ShownField, compile, from_value};
 use polishc::job::*;
 use polishc::source::{FileId, Span};
 use polishc::units::si::*;
@@ -162,6 +162,18 @@ fn requirements_wait_for_results_and_use_the_units_of_their_line() {
     assert_eq!(requirements[3].evaluate(&results).met, Some(false));
 }
 
+/// The values that schemas gave, by their paths.
+fn defaults_of(path: &str, fields: &[ShownField], into: &mut BTreeMap<String, String>) {
+    for field in fields {
+        let path = if path.is_empty() { field.name.clone() } else { format!("{path}.{}", field.name) };
+        match (&field.value, &field.said) {
+            (Shown::Value(value), Said::Default { .. }) => drop(into.insert(path, value.clone())),
+            (Shown::Record { fields, .. } | Shown::List(fields), _) => defaults_of(&path, fields, into),
+            _ => {}
+        }
+    }
+}
+
 #[test]
 fn params_are_set_and_shown() {
     let compiled = flat(&[("pitch", "0.4mm"), ("map", "\"a map.dat\"")]);
@@ -173,9 +185,10 @@ fn params_are_set_and_shown() {
     let shown: Vec<(&str, &str)> = job.params.iter().map(|p| (p.name.as_str(), p.value.as_str())).collect();
     assert_eq!(shown, [("pitch", "0.4mm"), ("map", "\"a map.dat\"")]);
     assert_eq!(job.params[0].doc, "Distance between raster lines.");
-    let defaults: BTreeMap<&str, &str> = job.defaults.iter().map(|(f, v)| (f.as_str(), v.as_str())).collect();
-    assert_eq!(defaults.get("robot.wrist_margin"), Some(&"5 deg"));
-    assert_eq!(defaults.get("path.direction"), Some(&"0 deg"));
+    let mut defaults = BTreeMap::new();
+    defaults_of("", &job.fields, &mut defaults);
+    assert_eq!(defaults.get("robot.wrist_margin").map(String::as_str), Some("5 deg"));
+    assert_eq!(defaults.get("path.direction").map(String::as_str), Some("0 deg"));
     assert!(!defaults.contains_key("robot.cell.home_tolerance"));
 }
 
