@@ -246,8 +246,7 @@ fn frame_covers(grid: &Grid, clear: &Aperture) -> Result<(), Problem> {
         cx * 1e3,
         cy * 1e3
     );
-    Err(Problem::error(codes::E0509, "file", message)
-        .help("measure the whole part, or make `clear` smaller; check `pixel` and `centre`"))
+    Err(Problem::error(codes::E0509, "file", message).help(smaller_clear(worst.0)))
 }
 
 /// Refuses the largest hole that is larger than `limit` square metres.
@@ -282,8 +281,18 @@ fn falls_short(grid: &Grid, hole: &holes::Hole, clear: &Aperture) -> Problem {
         place[0] * 1e3,
         place[1] * 1e3
     );
-    Problem::error(codes::E0509, "file", message)
-        .help("measure the whole part, or make `clear` smaller; check `pixel` and `centre`")
+    Problem::error(codes::E0509, "file", message).help(smaller_clear(deepest))
+}
+
+/// What to do where the map falls short of the clear aperture by `missing` metres.
+fn smaller_clear(missing: f64) -> String {
+    // In whole tenths of a millimetre, upwards.
+    let inward = (missing * 1e4).ceil() / 10.0;
+    format!(
+        "measure the whole part, or let `clear` end {inward:.1} mm farther in on every side (that is, {:.1} mm less in \
+         diameter); check `centre`, and `pixel` where the file does not state it",
+        2.0 * inward
+    )
 }
 
 fn too_large_hole(grid: &Grid, hole: &holes::Hole, limit: f64) -> Problem {
