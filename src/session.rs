@@ -236,6 +236,7 @@ impl Passes<'_> {
         };
         let mut odd = refuse(workpiece::check(&job.workpiece))?;
         odd.extend(refuse(tool::check(&job.tool))?);
+        odd.extend(refuse(tool::check_centre_point(&job.tool, job.robot.as_ref()).into_iter().collect())?);
         odd.extend(refuse(output_checks(&job, until))?);
         self.said.extend(odd);
 

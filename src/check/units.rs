@@ -88,7 +88,7 @@ impl Checker<'_> {
     fn say_no_wavelength(&mut self, place: Place, name: &Name) {
         let message = format!("the unit `{}` needs a wavelength, and none is stated here", name.text);
         let help = match place.wave {
-            Wave::NotStated => "state it in the job, in metres: `wavelength: 632.8 nm`",
+            Wave::NotStated => "state it in the job: `wavelength: 632.8 nm`",
             _ => "use it only inside a job that states its `wavelength`; here write the length: `632.8 nm`",
         };
         self.say(Diagnostic::error(codes::E0218, name.span, message).help(help));

@@ -277,7 +277,8 @@ fn tell(planned: &Planned, folder: &Path, files: &[(String, Vec<u8>)]) {
             first.file
         ));
     } else {
-        say(&format!("  wrote      {} files in {}", files.len(), folder.display()));
+        let files = if files.len() == 1 { "1 file".to_string() } else { format!("{} files", files.len()) };
+        say(&format!("  wrote      {files} in {}", folder.display()));
     }
     say(&format!("  path       {} points on {} lines", result.path.points, result.path.lines));
     if result.purpose == "dry_run" {

@@ -139,6 +139,8 @@ pub struct ZyxIntrinsic {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TcpNumbers {
+    /// Of the wheel that `at` was measured with; compared with the job's, where it is given.
+    pub wheel_diameter: Option<Length>,
     pub at: Point,
     pub rotation: Rotation,
     pub load: Load,

@@ -16,4 +16,4 @@ mod wheel;
 
 pub use influence::{InfluenceFunction, part_to_tool};
 pub use stance::Azimuth;
-pub use wheel::{check, check_fit};
+pub use wheel::{check, check_centre_point, check_fit};

@@ -3,7 +3,7 @@
 //! In: the job's `tool` and the surface it works on. Out: the stand-off for motion, and problems of the description.
 
 use crate::diagnostics::{Problem, codes};
-use crate::job::{MrfWheel, Tool};
+use crate::job::{MrfWheel, Robot, Tool};
 use crate::workpiece::form::Surface;
 
 impl Tool {
@@ -29,6 +29,31 @@ pub fn check(tool: &Tool) -> Vec<Problem> {
     let mut problems = wheel_numbers(wheel);
     problems.sort_by(|a, b| a.field.cmp(&b.field));
     problems
+}
+
+/// How far the two diameters may differ: the rounding of the numbers of a job. Both are written by people, so another
+/// number is another wheel.
+const SAME_WHEEL: f64 = 1e-9;
+
+/// E0632 if the tool centre point was measured with another wheel than the job's: its lowest point lies half the
+/// difference away.
+pub fn check_centre_point(tool: &Tool, robot: Option<&Robot>) -> Option<Problem> {
+    let Tool::mrf_wheel(wheel) = tool;
+    let measured = robot?.cell.as_ref()?.tcp.wheel_diameter?.0;
+    if (measured - wheel.diameter.0).abs() <= SAME_WHEEL {
+        return None;
+    }
+    let message = format!(
+        "the wheel has {:.3} mm diameter, and the tool centre point was measured with one of {:.3} mm",
+        wheel.diameter.0 * 1e3,
+        measured * 1e3
+    );
+    let off = (wheel.diameter.0 - measured).abs() * 5e2;
+    Some(
+        Problem::error(codes::E0632, "tool.diameter", message)
+            .note(format!("its lowest point lies {off:.3} mm from there, along the tool's z axis"))
+            .help("measure `robot.cell.tcp` with this wheel, and say so in its `wheel_diameter`"),
+    )
 }
 
 /// E0631 if the tool does not fit into the surface at one of the `places` (x, y in metres): a wheel of radius r, its

@@ -94,6 +94,7 @@ pub fn irb_6700_in_cell() -> Robot {
         user: Frame { at: point(1500.0, -150.0, 600.0), rotation: turned(-11.0, 1.0, 0.0) },
         object: Frame { at: point(150.0, 250.0, 60.0), rotation: turned(20.0, 0.0, -1.5) },
         tcp: TcpNumbers {
+            wheel_diameter: None,
             at: point(40.0, 0.0, 330.0),
             rotation: turned(0.0, 17.0, 0.0),
             load: Load { mass: Mass(60.0), centre: point(10.0, 0.0, 140.0), inertia: None },
