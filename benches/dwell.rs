@@ -3,11 +3,11 @@
 //! `convolution_library` is the reference: the transforms of one `operator_pair` by realfft, on one thread, which may use
 //! whatever vector instructions the processor has. Ratios to it say what the fixed order of our own transform costs.
 
-use polishc::dwell::least_squares::LinearOperator;
+use polishc::dwell::descent::LinearOperator;
 use polishc::dwell::removal::{Removal, Samples, Window};
 use polishc::dwell::{Footprint, SpeedSteps, Task, predict, solve};
 use polishc::height_map::Grid;
-use polishc::job::{Annulus, Aperture, Circle, Corrective, FreePiston, Lines, Piston, Plane, Raster};
+use polishc::job::{Annulus, Aperture, Circle, Corrective, Empty, FreePiston, Lines, Objective, Piston, Plane, Raster};
 use polishc::path::{ToolPath, raster};
 use polishc::tool::InfluenceFunction;
 use polishc::units::si::{Acceleration, Angle, Length, Range, Speed};
@@ -58,10 +58,12 @@ fn example() -> Example {
         edge: ring(340.0, 60.0),
         influence: InfluenceFunction::gaussian(30e-9, 4e-3, 16e-3).expect("an influence function"),
         dwell: Corrective {
+            objective: Objective::rms(Empty {}),
             removal_fraction: 0.8,
             piston: Piston::free(FreePiston { at_most: None }),
             feed: Range { from: Speed(0.2e-3), to: Speed(0.1) },
             acceleration: Acceleration(0.5),
+            lateral_acceleration: None,
         },
     }
 }

@@ -64,10 +64,12 @@ fn run(error: Grid) -> Run {
         edge: circle(40e-3),
         influence: InfluenceFunction::gaussian(20e-9, SIGMA, 12e-3).expect("positive numbers"),
         dwell: Corrective {
+            objective: Objective::rms(Empty {}),
             removal_fraction: 1.0,
             piston: Piston::free(FreePiston { at_most: None }),
             feed: Range { from: Speed(0.05e-3), to: Speed(50e-3) },
             acceleration: Acceleration(0.5),
+            lateral_acceleration: None,
         },
     }
 }
@@ -109,11 +111,7 @@ impl Run {
     }
 
     fn limits(&self) -> Limits {
-        Limits {
-            least: self.dwell.feed.from.0,
-            greatest: self.dwell.feed.to.0,
-            acceleration: self.dwell.acceleration.0,
-        }
+        Limits::of(&self.dwell)
     }
 
     #[track_caller]

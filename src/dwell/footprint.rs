@@ -6,8 +6,12 @@
 use crate::tool::{Azimuth, InfluenceFunction, part_to_tool};
 
 /// Removal rate around the contact point, in the axes of the part. Positive takes glass away.
+///
+/// What a tool removes may depend on where it stands: then its rate is a sum of a few parts, each with a weight that belongs to
+/// the place of the tool.
 pub struct Footprint<'a> {
-    rate: Box<dyn Fn(f64, f64) -> f64 + Sync + 'a>,
+    rates: Vec<Box<dyn Fn(f64, f64) -> f64 + Sync + 'a>>,
+    weights: Option<Box<dyn Fn(f64, f64, &mut [f64]) + Sync + 'a>>,
     /// Nothing is removed farther than this from the contact point, metres.
     pub radius: f64,
     /// Integral of the rate, m³/s.
@@ -23,7 +27,8 @@ pub struct Footprint<'a> {
 impl<'a> Footprint<'a> {
     /// Of any rate in m/s; it must vanish beyond `radius`.
     pub fn new(rate: impl Fn(f64, f64) -> f64 + Sync + 'a, radius: f64, volume_rate: f64, sigma: f64) -> Footprint<'a> {
-        Footprint { rate: Box::new(rate), radius, volume_rate, sigma, azimuth: Azimuth::new(0.0), standoff: 0.0 }
+        let azimuth = Azimuth::new(0.0);
+        Footprint { rates: vec![Box::new(rate)], weights: None, radius, volume_rate, sigma, azimuth, standoff: 0.0 }
     }
 
     /// Of a tool whose x axis points along `azimuth` on the part (radians, from +x towards +y).
@@ -36,9 +41,36 @@ impl<'a> Footprint<'a> {
         Footprint { azimuth: Azimuth::new(azimuth), ..flat }
     }
 
-    /// Removal rate at `(dx, dy)` from the contact point, m/s.
-    pub fn rate(&self, dx: f64, dy: f64) -> f64 {
-        (self.rate)(dx, dy)
+    /// Number of parts.
+    pub fn parts(&self) -> usize {
+        self.rates.len()
+    }
+
+    /// Removal rate of a part at `(dx, dy)` from the contact point, m/s.
+    pub fn rate_of(&self, part: usize, dx: f64, dy: f64) -> f64 {
+        (self.rates[part])(dx, dy)
+    }
+
+    /// The weight of each part for a tool that stands at `(x, y)` of the part; `weights` is as long as there are parts.
+    pub fn weights(&self, x: f64, y: f64, weights: &mut [f64]) {
+        match &self.weights {
+            Some(weigh) => weigh(x, y, weights),
+            None => weights.fill(1.0),
+        }
+    }
+
+    /// Removal rate at `to` of a tool that stands at `from`, m/s.
+    pub fn rate_from(&self, from: [f64; 2], to: [f64; 2]) -> f64 {
+        let (dx, dy) = (to[0] - from[0], to[1] - from[1]);
+        if self.weights.is_none() {
+            return self.rate_of(0, dx, dy);
+        }
+        if dx * dx + dy * dy > self.radius * self.radius {
+            return 0.0;
+        }
+        let mut weights = vec![0.0; self.parts()];
+        self.weights(from[0], from[1], &mut weights);
+        weights.iter().enumerate().map(|(part, weight)| weight * self.rate_of(part, dx, dy)).sum()
     }
 
     /// The part's x and y axis as the tool carries them along into the tangent plane over the outward unit normal
@@ -69,5 +101,16 @@ pub(super) mod examples {
         };
         let volume = 2.0 * PI * sigma * sigma * peak * (1.0 - libm::exp(-radius * radius / (2.0 * sigma * sigma)));
         Footprint::new(rate, radius, volume, sigma)
+    }
+
+    /// A Gaussian of 2 mm sigma, and to the right more and more of one of 3 mm, both cut where they no longer matter.
+    pub fn two_parts() -> Footprint<'static> {
+        let (narrow, wide) = (gaussian(1e-8, 2e-3, 15e-3), gaussian(1e-8, 3e-3, 15e-3));
+        let weigh = |x: f64, _: f64, weights: &mut [f64]| weights.copy_from_slice(&[1.0, 0.5 + 40.0 * x]);
+        Footprint {
+            rates: narrow.rates.into_iter().chain(wide.rates).collect(),
+            weights: Some(Box::new(weigh)),
+            ..gaussian(1e-8, 2e-3, 15e-3)
+        }
     }
 }

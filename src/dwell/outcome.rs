@@ -34,6 +34,8 @@ pub struct Figures {
     /// Of the predicted residual.
     pub rms: f64,
     pub pv: f64,
+    /// RMS of what will be missing of the part of the error that this run is to take off, beside the even layer.
+    pub missed: f64,
     /// Even layer removed beside the wanted part of the error: the mean of removal - removal_fraction * error.
     pub base: f64,
     pub mean_removal: f64,
@@ -55,6 +57,8 @@ pub struct Figures {
     pub iterations: usize,
     /// Solves: one, and one more each time that the arm's acceleration asked for slower speeds.
     pub rounds: usize,
+    /// The solver used all its steps while they still gained something.
+    pub stopped_early: bool,
     /// What the solver's own operator says of the same times (without rounding): a check of one against the other.
     pub solver_rms: f64,
 }
@@ -73,7 +77,7 @@ pub fn predict(
     dwell: &Corrective,
 ) -> Result<Outcome, Problem> {
     let field = Field::new(error, clear)?;
-    let limits = Limits { least: dwell.feed.from.0, greatest: dwell.feed.to.0, acceleration: dwell.acceleration.0 };
+    let limits = Limits::of(dwell);
     let depths = match Relief::of(surface, &field.window) {
         Some(relief) => relief.removal(&timed, footprint, &limits),
         None => prediction::removal(&timed, footprint, &limits, &field.window),
@@ -95,11 +99,13 @@ pub fn predict(
     let (rms, pv) = spread(&left);
     let segments = Segments::new(&timed.path, footprint.standoff);
     let speeds: Vec<f64> = segments.point.iter().map(|&p| timed.speed[p]).collect();
+    let (missed, _) = spread(&|i| depths[i] - fraction * field.values[i]);
     let figures = Figures {
         before_rms,
         before_pv,
         rms,
         pv,
+        missed,
         base,
         mean_removal: mean(&|i| depths[i]),
         greatest_removal: inside.iter().fold(0.0, |most, &i| depths[i].max(most)),

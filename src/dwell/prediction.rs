@@ -31,14 +31,20 @@ struct Stamps {
 
 /// Depth removed at every pixel of the window, metres, row-major.
 pub fn removal(timed: &TimedPath, footprint: &Footprint, limits: &Limits, window: &Window) -> Vec<f64> {
-    let table = Table::new(footprint, window.pixel);
-    let (stamps, start) = by_rows(stamps(timed, footprint, limits, window), window, table.half[1]);
+    let tables: Vec<Table> = (0..footprint.parts()).map(|part| Table::new(footprint, part, window.pixel)).collect();
+    let half = half(footprint, window.pixel);
+    let (stamps, start) = by_rows(stamps(timed, footprint, limits, window), window, half[1]);
     // A stamp reaches `half` rows either way, so this many chunks of rows below its own.
-    let below = (2 * table.half[1]).div_ceil(ROWS) + 1;
+    let below = (2 * half[1]).div_ceil(ROWS) + 1;
     let mut depths = vec![0.0; window.len()];
     depths.par_chunks_mut(ROWS * window.columns.max(1)).enumerate().for_each(|(chunk, depths)| {
+        let mut weights = vec![1.0; tables.len()];
         for s in start[(chunk + 1).saturating_sub(below)]..start[chunk + 1] {
-            table.stamp((stamps.x[s], stamps.y[s], stamps.time[s]), window, chunk * ROWS, depths);
+            let (x, y) = (stamps.x[s], stamps.y[s]);
+            footprint.weights(x, y, &mut weights);
+            for (table, weight) in tables.iter().zip(&weights) {
+                table.stamp((x, y, stamps.time[s] * weight), window, chunk * ROWS, depths);
+            }
         }
     });
     depths
@@ -141,7 +147,12 @@ fn by_rows(stamps: Stamps, window: &Window, half: usize) -> (Stamps, Vec<usize>)
 /// Weight below which a sub-pixel phase is left out: it is a place that lies on a phase but for rounding.
 const NO_WEIGHT: f64 = 1e-9;
 
-/// The influence function sampled at every sub-pixel phase.
+/// Pixels from the middle of a stamp to its border: one more than the reach, since a phase moves the stamp by up to one.
+fn half(footprint: &Footprint, pixel: [f64; 2]) -> [usize; 2] {
+    pixel.map(|p| (footprint.radius / p).ceil() as usize + 1)
+}
+
+/// A part of the influence function sampled at every sub-pixel phase.
 struct Table {
     /// Pixels from the middle of a stamp to its border.
     half: [usize; 2],
@@ -152,9 +163,8 @@ struct Table {
 }
 
 impl Table {
-    fn new(footprint: &Footprint, pixel: [f64; 2]) -> Table {
-        // One pixel more than the reach, since a phase moves the stamp by up to one pixel.
-        let half = pixel.map(|p| (footprint.radius / p).ceil() as usize + 1);
+    fn new(footprint: &Footprint, part: usize, pixel: [f64; 2]) -> Table {
+        let half = half(footprint, pixel);
         let (width, height) = (2 * half[0] + 1, 2 * half[1] + 1);
         let count = PHASES + 1;
         let values: Vec<f64> = (0..count * count * width * height)
@@ -164,7 +174,8 @@ impl Table {
                 let (phase_x, phase_y) = (phase % count, phase / count);
                 let offset =
                     |cell: usize, half: usize, phase: usize| cell as f64 - half as f64 - phase as f64 / PHASES as f64;
-                footprint.rate(
+                footprint.rate_of(
+                    part,
                     offset(cell % width, half[0], phase_x) * pixel[0],
                     offset(cell / width, half[1], phase_y) * pixel[1],
                 )
@@ -267,7 +278,7 @@ mod tests {
     use crate::path::{Line, Link, Points, ToolPath};
 
     const SIGMA: f64 = 2e-3;
-    const LIMITS: Limits = Limits { least: 1e-4, greatest: 0.1, acceleration: 0.5 };
+    const LIMITS: Limits = Limits { least: 1e-4, greatest: 0.1, acceleration: 0.5, lateral: 0.5 };
 
     /// Three lines of 30 mm, askew, points 2 mm apart.
     fn path() -> ToolPath {

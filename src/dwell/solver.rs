@@ -1,35 +1,58 @@
-//! The solver within what the arm can do: times for wanted depths, and speeds that the arm can follow.
+//! The solver: times for wanted depths by the job's objective, and speeds that the arm can follow.
 //!
-//! In: the removal operator, the wanted depths, the limits. Out: speeds of the segments, and what the operator says of them.
+//! In: the removal operator, the wanted depths, the limits, the objective. Out: speeds of the segments, and what the operator
+//! says of them.
+//!
+//! First the times alone, between the bounds that feed and ramps give each segment: a convex problem. Then, where the arm cannot
+//! follow them, the speeds: from the fastest that it can, which never waits less than the times ask for, down the same objective.
 
-use super::least_squares::{self, Base, Stop, Wanted};
-use super::removal::Removal;
+use super::bounds::Bounds;
+use super::descent::{self, Domain, Ended, LinearOperator, Stop};
+use super::followable::Followable;
+use super::largest;
+use super::objective::{Base, Figures, Objective, Wanted, sum};
 use super::speed::{self, Limits, Segments};
 
-/// Rounds of limiting and solving again. After six the bounds hardly move (measured in the model's study of limits).
-const MOST_ROUNDS: usize = 6;
+/// When the solver stops. Heights below a thousandth of a nanometre are not printed; ten steps that together gain less than
+/// 1 % of the RMS (2 % of the squares) are not worth their time.
+pub const STOP: Stop =
+    Stop { most_iterations: MOST_ITERATIONS, relative_decrease: 0.02, elsewhere: 0.0, value: 0.0, relative_step: 1e-9 };
 
-/// Part of the residual that the arm's limits may cost, or another round must gain: a twentieth of the residual is less
-/// than what the influence function is known to.
-pub(super) const LIMIT_COST: f64 = 0.05;
+/// Steps of a solve: with the published cases the last hundred gain 1 %.
+pub const MOST_ITERATIONS: usize = 200;
+
+/// Residual that is as good as none, metres.
+pub const NOTHING: f64 = 1e-12;
+
+/// What the limits of the arm may cost before the speeds are solved for: less than the influence function is known to.
+const LIMIT_COST: f64 = 0.01;
 
 /// Steps of a solve that starts from a solved neighbour.
-pub(super) const LATER_ITERATIONS: usize = 40;
+pub const LATER_ITERATIONS: usize = 40;
 
-/// When the solver stops. Heights below a hundredth of a nanometre are beneath every interferometer's repeatability;
-/// ten steps that together gain less than 1 % of the RMS are not worth their time.
-pub(super) const STOP: Stop =
-    Stop { most_iterations: 200, relative_decrease: 0.01, elsewhere: 0.0, rms: 1e-11, relative_step: 1e-9 };
+/// What the job wants, of the solver's residual. Metres.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Aim {
+    Rms,
+    Pv,
+    /// The least time with a residual of at most this RMS.
+    Time {
+        rms: f64,
+    },
+}
 
 /// Speeds of one solve, and what its operator says of them.
-pub(super) struct Solved {
-    pub rms: f64,
+#[derive(Clone, Debug)]
+pub struct Solved {
+    pub figures: Figures,
     pub speeds: Vec<f64>,
+    pub times: Vec<f64>,
+    pub ended: Ended,
 }
 
 /// What all solves of a run share.
-pub(super) struct Solver<'a> {
-    pub operator: &'a mut Removal,
+pub struct Solver<'a> {
+    pub operator: &'a mut dyn LinearOperator,
     pub segments: &'a Segments,
     pub limits: &'a Limits,
     pub weights: &'a [f64],
@@ -37,56 +60,155 @@ pub(super) struct Solver<'a> {
     pub lower: &'a [f64],
     pub upper: &'a [f64],
     pub base: Base,
-    pub stop: Stop,
+    pub aim: Aim,
+    /// RMS of what will be left whatever the solver does.
+    pub elsewhere: f64,
     pub iterations: usize,
+    /// Solves: one, and one more where the arm's limits asked for slower speeds.
     pub rounds: usize,
+    /// Price of a second that the last search for the least time ended with.
+    pub price: f64,
 }
 
 impl Solver<'_> {
-    /// Times for the wanted depths, and speeds that the arm can follow: solved again, with the times that it needs as
-    /// least ones, as long as that gains something.
-    pub(super) fn solve(&mut self, depths: &[f64], start: &[f64], most_iterations: usize) -> Solved {
-        let (mut lower, mut upper) = (self.lower.to_vec(), self.upper.to_vec());
-        let mut start = start.to_vec();
-        let all = |rms: f64| libm::hypot(rms, self.stop.elsewhere);
-        let mut best: Option<Solved> = None;
-        for round in 0..=MOST_ROUNDS {
-            let most_iterations = if round == 0 { most_iterations } else { LATER_ITERATIONS };
-            let stop = Stop { most_iterations, ..self.stop };
-            let wanted = Wanted { depths, weights: self.weights, lower: &lower, upper: &upper, base: self.base };
-            let solved = least_squares::solve(self.operator, &wanted, &start, stop);
-            self.iterations += solved.iterations;
-            self.rounds += 1;
-            let speeds = speed::for_times(&solved.times, self.segments, self.limits);
-            let times = speed::times(&speeds, self.segments, self.limits);
-            let (rms, _) = least_squares::evaluate(self.operator, &wanted, &times);
-            let earlier = best.as_ref().map_or(f64::INFINITY, |best| best.rms);
-            if rms < earlier {
-                best = Some(Solved { rms, speeds });
-            }
-            // Good enough: what the arm's limits cost is small beside the residual, or another round gained nothing.
-            let cheap = all(rms) <= (1.0 + LIMIT_COST) * all(solved.rms) || rms <= STOP.rms;
-            if cheap || rms > (1.0 - LIMIT_COST) * earlier {
-                break;
-            }
-            for i in 0..times.len() {
-                if times[i] > solved.times[i] * (1.0 + 1e-6) {
-                    lower[i] = lower[i].max(times[i]);
-                }
-            }
-            raise(&mut upper, &lower);
-            start = times;
+    /// Times and speeds for the wanted depths.
+    pub fn solve(&mut self, depths: &[f64], start: &[f64], most_iterations: usize) -> Solved {
+        let mut domain = Bounds::new(self.lower, self.upper, start);
+        let ended = self.descend_by_aim(depths, &mut domain, most_iterations);
+        let free_times = domain.into_times();
+        let free = self.figures(depths, &free_times);
+        let speeds = speed::for_times(&free_times, self.segments, self.limits);
+        let times = speed::times(&speeds, self.segments, self.limits);
+        let limited = self.figures(depths, &times);
+        self.rounds += 1;
+        let cost = |a: f64| libm::hypot(a, self.elsewhere);
+        let enough = match self.aim {
+            Aim::Rms => cost(limited.rms) <= (1.0 + LIMIT_COST) * cost(free.rms) || limited.rms <= NOTHING,
+            Aim::Pv => limited.largest <= (1.0 + LIMIT_COST) * free.largest,
+            Aim::Time { rms } => limited.rms <= rms,
+        };
+        if enough {
+            return Solved { figures: limited, speeds, times, ended };
         }
-        // Without a finite residual there is nothing to follow: the slowest speeds remove most and hide nothing.
-        best.unwrap_or_else(|| Solved {
-            rms: f64::INFINITY,
-            speeds: vec![self.limits.least; self.segments.length.len()],
-        })
+        let (segments, limits) = (self.segments, self.limits);
+        let mut domain = Followable::new(segments, limits, &speeds);
+        let ended = self.descend_by_aim(depths, &mut domain, most_iterations);
+        let (found, found_times) = (domain.speeds(), domain.times().to_vec());
+        self.rounds += 1;
+        let figures = self.figures(depths, &found_times);
+        let better = match self.aim {
+            Aim::Rms | Aim::Time { .. } => figures.rms <= limited.rms,
+            Aim::Pv => figures.largest <= limited.largest,
+        };
+        // Never worse than limiting afterwards.
+        if better {
+            Solved { figures, speeds: found, times: found_times, ended }
+        } else {
+            Solved { figures: limited, speeds, times, ended }
+        }
+    }
+
+    /// The same problem at other prices of the time, the cheapest first: the times and figures of each.
+    pub fn at_prices(&mut self, depths: &[f64], start: &[f64], prices: &[f64]) -> Vec<(Figures, f64)> {
+        let mut domain = Bounds::new(self.lower, self.upper, start);
+        let mut rows = Vec::new();
+        for price in prices {
+            self.descend(depths, &mut domain, *price, LATER_ITERATIONS);
+            let speeds = speed::for_times(domain.times(), self.segments, self.limits);
+            let times = speed::times(&speeds, self.segments, self.limits);
+            rows.push((self.figures(depths, &times), sum(times.len(), |i| times[i])));
+        }
+        rows
+    }
+
+    /// Half of the weighted square sum of an RMS.
+    pub fn squares(&self, rms: f64) -> f64 {
+        0.5 * sum(self.weights.len(), |i| self.weights[i]) * rms * rms
+    }
+
+    fn figures(&mut self, depths: &[f64], times: &[f64]) -> Figures {
+        let wanted =
+            Wanted { depths, weights: self.weights, base: self.base, objective: Objective::Squares, price: 0.0 };
+        wanted.figures(self.operator, times)
+    }
+
+    fn descend(&mut self, depths: &[f64], domain: &mut dyn Domain, price: f64, most_iterations: usize) -> Ended {
+        let stop = Stop {
+            most_iterations,
+            elsewhere: self.squares(self.elsewhere),
+            value: if price > 0.0 { 0.0 } else { self.squares(NOTHING) },
+            ..STOP
+        };
+        let wanted = Wanted { depths, weights: self.weights, base: self.base, objective: Objective::Squares, price };
+        let found = descent::descend(self.operator, &wanted, domain, stop);
+        self.iterations += found.iterations;
+        found.ended
+    }
+
+    fn descend_by_aim(&mut self, depths: &[f64], domain: &mut dyn Domain, most_iterations: usize) -> Ended {
+        match self.aim {
+            Aim::Rms => self.descend(depths, domain, 0.0, most_iterations),
+            Aim::Pv => {
+                self.descend(depths, domain, 0.0, most_iterations);
+                let stop = Stop { most_iterations, ..STOP };
+                let (weights, base) = (self.weights, self.base);
+                let wanted = Wanted { depths, weights, base, objective: Objective::Squares, price: 0.0 };
+                let found = largest::minimise(self.operator, &wanted, domain, &largest::SHARPENING, stop);
+                self.iterations += found.iterations;
+                found.ended
+            }
+            Aim::Time { rms } => {
+                // With a price known from an earlier solve the search goes on from there.
+                let ended = match self.price {
+                    0.0 => self.descend(depths, domain, 0.0, most_iterations),
+                    _ => Ended::Reached,
+                };
+                self.least_time(depths, domain, rms, ended)
+            }
+        }
+    }
+
+    /// Raises the price of a second until the residual is what may be left.
+    fn least_time(&mut self, depths: &[f64], domain: &mut dyn Domain, rms: f64, ended: Ended) -> Ended {
+        let reached = self.figures(depths, domain.times()).rms;
+        if self.price == 0.0 && !(reached < rms) {
+            return ended;
+        }
+        // The RMS that was reached for a price, below and above what may be left.
+        let (mut below, mut above) = ((0.0, 0.0), None::<(f64, f64)>);
+        let seconds = sum(domain.times().len(), |i| domain.times()[i]);
+        let mut price = if self.price > 0.0 { self.price } else { self.squares(rms) / seconds };
+        for _ in 0..MOST_PRICES {
+            self.descend(depths, domain, price, LATER_ITERATIONS);
+            let found = self.figures(depths, domain.times()).rms;
+            if found <= rms {
+                below = (price, found);
+                if found >= (1.0 - TIGHT) * rms {
+                    break;
+                }
+            } else {
+                above = Some((price, found));
+            }
+            price = match above {
+                None => 4.0 * price,
+                Some(above) if below.0 > 0.0 => {
+                    // Along the straight line in logarithms, kept off the ends; aimed at the middle of what is good enough.
+                    let aim = libm::log((1.0 - 0.5 * TIGHT) * rms / below.1) / libm::log(above.1 / below.1);
+                    below.0 * libm::exp(aim.clamp(0.1, 0.9) * libm::log(above.0 / below.0))
+                }
+                Some(above) => above.0 / 4.0,
+            };
+        }
+        if self.figures(depths, domain.times()).rms > rms {
+            self.descend(depths, domain, below.0, 2 * LATER_ITERATIONS);
+        }
+        self.price = below.0;
+        Ended::Reached
     }
 }
 
-pub(super) fn raise(upper: &mut [f64], lower: &[f64]) {
-    for (upper, lower) in upper.iter_mut().zip(lower) {
-        *upper = upper.max(*lower);
-    }
-}
+/// Prices that are tried for the least time; each halves the distance at least.
+const MOST_PRICES: usize = 12;
+
+/// How much of the residual that may be left is given away: half a per cent of the residual is next to no time.
+const TIGHT: f64 = 0.01;

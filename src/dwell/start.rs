@@ -1,7 +1,8 @@
 //! Where the solver starts, and whether the path reaches everything that it should.
 
+use super::descent::LinearOperator;
 use super::field::Field;
-use super::least_squares::{Base, LinearOperator};
+use super::objective::Base;
 use super::removal::Removal;
 use super::speed::Segments;
 use crate::diagnostics::{Problem, codes};

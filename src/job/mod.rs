@@ -319,11 +319,33 @@ pub enum Dwell {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Corrective {
+    pub objective: Objective,
     /// Part of the measured error that this run is to take off, 0 to 1.
     pub removal_fraction: f64,
     pub piston: Piston,
     pub feed: Range<Speed>,
     pub acceleration: Acceleration,
+    /// Across the way; without it `acceleration` holds there too.
+    pub lateral_acceleration: Option<Acceleration>,
+}
+
+/// What the dwell times are to be best at.
+#[allow(non_camel_case_types, reason = "family members are spelt as in the job")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Objective {
+    /// The least residual, root mean square.
+    rms(Empty),
+    /// The least residual, peak to valley.
+    pv(Empty),
+    /// The shortest run whose residual is small enough.
+    time(LeastTime),
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LeastTime {
+    /// Most that may be left of what this run is to take off, root mean square.
+    pub rms: Length,
 }
 
 /// Whether the solver may take off an even layer (the base) beside the error.
