@@ -15,7 +15,7 @@ mod place;
 mod pvr;
 
 pub use figures::Figures;
-pub use inspect::{Inspection, inspect};
+pub use inspect::{Inspection, MapFacts, ProfileFacts, inspect};
 pub use low_order::LowOrder;
 pub(crate) use low_order::plane_through;
 pub use place::{ErrorMap, place};
