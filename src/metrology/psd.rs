@@ -15,14 +15,15 @@
 //!
 //! The window w is the square of a sine of the distance from the border of the area, so that it suits any outline: zero
 //! at the border, one from a quarter of the largest distance on ([`TAPER`]). Without it the step at the border would leak
-//! into all frequencies. Nothing is taken off here: piston and tilt, which no window hides, are the caller's to take off.
+//! into all frequencies. Nothing is taken off here: low orders, which no window hides, are the caller's to take off.
 
 use super::distance;
 use crate::fourier::{good_length, power_spectrum};
 use crate::height_map::Grid;
 
-/// Width of the window's flank, as a part of the largest distance to the border: over a disc 56 % of the area keeps its full
-/// weight, and what a map's low orders leak falls with the third power of the frequency.
+/// Width of the window's flank, as a part of the largest distance to the border. Over a disc 56 % of the area keeps its full
+/// weight, and a bowl of 300 nm leaks 0.34 nm RMS into the periods from a 25th to a 16th of the diameter: low orders are to
+/// be taken off first. A flank of half the distance leaks a third of that, and forgets three quarters of the disc.
 const TAPER: f64 = 0.25;
 
 /// A two-dimensional power spectral density.
