@@ -130,7 +130,7 @@ struct Errors {
     operator: Removal,
     segments: Segments,
     times: Vec<f64>,
-    /// H t.
+    /// H t, and what the tool removes where it stands. The drift, the feed and the place of a standing tool are left as they are.
     removal: Vec<f64>,
     /// The ideal residual, without its mean.
     ideal: Vec<f64>,
@@ -168,6 +168,8 @@ impl Errors {
             draws: Vec::new(),
         };
         errors.removal = errors.removed(|_| 1.0);
+        let standing = super::standing(&outcome.timed.path, &outcome.timed.standing, footprint, &errors.window);
+        errors.removal.iter_mut().zip(standing).for_each(|(depth, more)| *depth += more);
         errors.ideal = errors.centred(coarse.values);
         errors
     }

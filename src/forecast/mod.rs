@@ -20,9 +20,10 @@ pub use transfer::Transfer;
 
 use crate::diagnostics::{Problem, codes};
 use crate::dwell::field::Field;
-use crate::dwell::removal::{Removal, Samples};
-use crate::dwell::{Footprint, Task};
+use crate::dwell::removal::{Removal, Samples, Window, deposit};
+use crate::dwell::{Footprint, Standing, Task};
 use crate::job::Piston;
+use crate::path::ToolPath;
 
 /// What can be said of a run before it is solved.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -60,6 +61,14 @@ pub fn prospect(task: &Task, warnings: &mut Vec<Problem>) -> Option<Prospect> {
     let prospect = Prospect { before_rms: field.rms(), before_pv, correctable, reach, best_rms };
     warn(task, &footprint, &prospect, warnings);
     Some(prospect)
+}
+
+/// What a tool removes where it stands on the glass.
+fn standing(path: &ToolPath, standing: &[Standing], footprint: &Footprint, window: &Window) -> Vec<f64> {
+    let points = &path.points;
+    let (x, y): (Vec<f64>, Vec<f64>) = standing.iter().map(|s| (points.x[s.point], points.y[s.point])).unzip();
+    let seconds: Vec<f64> = standing.iter().map(|s| s.seconds).collect();
+    deposit(&Samples::points(&x, &y), &seconds, footprint, window)
 }
 
 /// One sigma beyond the clear aperture a path that ends there works at its rim with the share of a normal distribution below

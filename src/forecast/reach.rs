@@ -50,6 +50,8 @@ impl Reach {
         let (mut strength, mut removed) = (vec![0.0; coarse.values.len()], vec![0.0; coarse.values.len()]);
         operator.forward(&segments.length, &mut strength);
         operator.forward(&shortest, &mut removed);
+        let standing = super::standing(&task.path, &task.standing, footprint, &coarse.window);
+        removed.iter_mut().zip(standing).for_each(|(depth, more)| *depth += more);
 
         let inside: Vec<usize> = (0..strength.len()).filter(|&i| coarse.weights[i] > 0.0).collect();
         let weight: f64 = coarse.weights.iter().sum();
