@@ -13,7 +13,7 @@ mod chain;
 mod curved;
 pub mod descent;
 mod feasibility;
-mod field;
+pub(crate) mod field;
 pub mod followable;
 pub mod footprint;
 pub mod largest;
