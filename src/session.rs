@@ -63,6 +63,8 @@ pub struct Request {
     pub job: Option<String>,
     pub purpose: Purpose,
     pub until: Until,
+    /// Whether the table of residual against machine time is wanted.
+    pub pareto: bool,
     pub warnings_are_errors: bool,
 }
 
@@ -75,6 +77,7 @@ impl Request {
             job: None,
             purpose: Purpose::Polish,
             until: Until::Program,
+            pareto: false,
             warnings_are_errors: false,
         }
     }
@@ -117,6 +120,8 @@ pub struct Planned {
     path: Option<ToolPath>,
     /// Its `timed` is empty once motion has taken it over; see [`Planned::timed`].
     pub dwell: Option<dwell::Outcome>,
+    /// Residual against machine time, if the request asks for it.
+    pub pareto: Option<report::ParetoResult>,
     /// What could be said before the dwell was solved.
     pub prospect: Option<Prospect>,
     pub stock: Option<Stock>,
@@ -148,6 +153,7 @@ pub fn compile(files: &dyn FileProvider, request: &Request, watch: &dyn Watch) -
             surface: None,
             path: None,
             dwell: None,
+            pareto: None,
             prospect: None,
             stock: None,
             expected: None,
@@ -289,6 +295,11 @@ impl Passes<'_> {
             speed_steps,
         };
         self.planned.prospect = forecast::prospect(&task, self.said);
+        if self.request.pareto {
+            // What it warns of, the solve says again.
+            let rows = dwell::pareto(&task, &mut Vec::new()).map_err(one)?;
+            self.planned.pareto = Some(report::pareto(&self.planned.name, &rows));
+        }
         let outcome = dwell::solve(task, self.said).map_err(one)?;
         let clear = &job.workpiece.clear;
         self.planned.stock = Some(forecast::stock(&outcome.removal, clear, &job.workpiece.form, surface));
@@ -384,8 +395,8 @@ fn output_checks(job: &Job, until: Until) -> Vec<Problem> {
     problems
 }
 
-/// Programmed speeds without a target: tenths of a micrometre a second, finer than any controller's.
-const FINEST_SPEEDS: SpeedSteps = SpeedSteps::Fixed(1e-7);
+/// Programmed speeds without a target: the digits of a single-precision number, which is what the finest controller keeps.
+const FINEST_SPEEDS: SpeedSteps = SpeedSteps::Digits(7);
 
 /// Says whether an edited or foreign `program` does what the first job of `done` asks, as diagnostics of `done`.
 /// The job must have been compiled as far as [`Until::Motion`].

@@ -5,12 +5,12 @@
 
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, SolverStatus, SupportedConeT};
+use polishc::dwell::Footprint;
 use polishc::dwell::descent::{Ended, LinearOperator};
 use polishc::dwell::objective::Base;
 use polishc::dwell::removal::{Samples, Window, deposit};
 use polishc::dwell::solver::{Aim, Solved, Solver};
 use polishc::dwell::speed::{Limits, Segments};
-use polishc::dwell::Footprint;
 use polishc::path::{Line, Link, Points, ToolPath};
 use polishc::tool::InfluenceFunction;
 use std::f64::consts::TAU;
@@ -175,8 +175,7 @@ impl Case {
             rows.push((self.operator.row(i).iter().map(|h| h * 1e9).collect(), wanted * 1e9));
         }
         let count = rows.len();
-        let times =
-            self.oracle(vec![1.0; self.operator.unknowns], rows, vec![SupportedConeT::SecondOrderConeT(count)]);
+        let times = self.oracle(vec![1.0; self.operator.unknowns], rows, vec![SupportedConeT::SecondOrderConeT(count)]);
         times.iter().sum()
     }
 }

@@ -2,12 +2,12 @@
 //! inside 90 mm, a Gaussian of 25 mm diameter with a sixth of it as sigma and 10 nm/s in the middle, up to 100 mm/s.
 #![allow(clippy::disallowed_methods, reason = "tests read files and may use the platform's mathematics")]
 
+use polishc::dwell::Footprint;
 use polishc::dwell::bounds::Bounds;
 use polishc::dwell::descent::{LinearOperator, descend};
 use polishc::dwell::objective::{Base, Objective, Wanted};
 use polishc::dwell::removal::{Removal, Samples, Window, deposit};
 use polishc::dwell::solver::{MOST_ITERATIONS, STOP};
-use polishc::dwell::Footprint;
 use polishc::path::{Line, Link, Points, ToolPath};
 use polishc::tool::InfluenceFunction;
 use std::collections::BTreeSet;
@@ -17,7 +17,8 @@ use std::collections::BTreeSet;
 fn spiral() -> ToolPath {
     const D: f64 = 2.5e-3;
     const STEPS: [(i32, i32); 6] = [(1, 0), (0, 1), (-1, 1), (-1, 0), (0, -1), (1, -1)];
-    let place = |(p, q): (i32, i32)| [0.75 * D * f64::from(p), 0.75f64.sqrt() * D * (f64::from(q) + 0.5 * f64::from(p))];
+    let place =
+        |(p, q): (i32, i32)| [0.75 * D * f64::from(p), 0.75f64.sqrt() * D * (f64::from(q) + 0.5 * f64::from(p))];
     let mut free: BTreeSet<(i32, i32)> = (-60..=60)
         .flat_map(|p| (-60..=60).map(move |q| (p, q)))
         .filter(|cell| place(*cell)[0].hypot(place(*cell)[1]) < 90e-3)

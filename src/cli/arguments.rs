@@ -84,6 +84,8 @@ pub enum Emit {
     Motion,
     /// Predicted residual in metres on the error map's grid, rows towards +y (`NAME.residual.npy`).
     Residual,
+    /// Residual against machine time: what is to be had (`NAME.pareto.json`, and a table on the screen).
+    Pareto,
     /// The robot programs too.
     Program,
 }

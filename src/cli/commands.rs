@@ -106,6 +106,7 @@ fn request(common: &Common, file: &Path, job: Option<&str>, set: &[String], purp
             For::DryRun => Purpose::DryRun,
         },
         until,
+        pareto: false,
         warnings_are_errors: common.deny == Some(Deny::Warnings),
     }
 }
@@ -136,7 +137,8 @@ fn build(
     let programs = emit.is_empty() || emit.contains(&Emit::Program);
     let until =
         if programs { Until::Program } else { emit.iter().map(|form| until_of(*form)).max().unwrap_or(Until::Program) };
-    let mut done = session::compile(&disk, &request(common, file, job, set, purpose, until), &timings);
+    let request = Request { pareto: emit.contains(&Emit::Pareto), ..request(common, file, job, set, purpose, until) };
+    let mut done = session::compile(&disk, &request, &timings);
     if done.failed() {
         show(common, &done.sources, &done.diagnostics);
         return finish(common, &timings, WRONG_INPUT);
@@ -190,7 +192,7 @@ fn build(
 fn until_of(form: Emit) -> Until {
     match form {
         Emit::Ast | Emit::Job => Until::Types,
-        Emit::Path | Emit::Dwell | Emit::Residual => Until::Dwell,
+        Emit::Path | Emit::Dwell | Emit::Residual | Emit::Pareto => Until::Dwell,
         Emit::Motion => Until::Motion,
         Emit::Program => Until::Program,
     }
@@ -232,6 +234,7 @@ fn emitted(done: &Compilation, planned: &Planned, form: Emit) -> Option<(String,
             let residual = &planned.dwell.as_ref()?.residual;
             ("residual.npy", npy(residual.columns, residual.values.clone()))
         }
+        Emit::Pareto => ("pareto.json", serde_json::to_vec_pretty(planned.pareto.as_ref()?).ok()),
         Emit::Program => return None,
     };
     Some((format!("{}.{ending}", planned.name), bytes?))
@@ -300,6 +303,18 @@ fn tell(planned: &Planned, folder: &Path, files: &[(String, Vec<u8>)]) {
             hours(motion.time_s),
             motion.joint_margin_deg
         ));
+    }
+    if let Some(pareto) = &planned.pareto {
+        say("  to be had      time       RMS        PV     layer");
+        for row in &pareto.rows {
+            say(&format!(
+                "            {:>8.1} min {:>9.3} {:>9.3} {:>9.1} nm",
+                row.time_s / 60.0,
+                row.rms_nm,
+                row.pv_nm,
+                row.base_nm
+            ));
+        }
     }
     for requirement in &result.requirements {
         let word = match requirement.met {

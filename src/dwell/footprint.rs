@@ -59,6 +59,12 @@ impl<'a> Footprint<'a> {
         }
     }
 
+    /// Removal rate at `(dx, dy)` from the contact point of a tool that stands at the part's origin, m/s: everywhere, if the
+    /// tool is the same everywhere.
+    pub fn rate(&self, dx: f64, dy: f64) -> f64 {
+        self.rate_from([0.0; 2], [dx, dy])
+    }
+
     /// Removal rate at `to` of a tool that stands at `from`, m/s.
     pub fn rate_from(&self, from: [f64; 2], to: [f64; 2]) -> f64 {
         let (dx, dy) = (to[0] - from[0], to[1] - from[1]);

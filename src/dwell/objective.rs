@@ -177,7 +177,7 @@ impl Wanted<'_> {
         };
         let rms = if weight > 0.0 { (2.0 * value / weight).sqrt() } else { 0.0 };
         let largest = if low <= high { (high - middle).max(middle - low) } else { 0.0 };
-        Figures { rms, base, largest, middle }
+        Figures { rms, base, largest, middle, pv: (high - low).max(0.0) }
     }
 }
 
@@ -188,6 +188,8 @@ pub struct Figures {
     pub base: f64,
     pub largest: f64,
     pub middle: f64,
+    /// Peak to valley.
+    pub pv: f64,
 }
 
 /// Sum over `0 .. n` in four interleaved lanes: always in the same order, and fast.

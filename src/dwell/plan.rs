@@ -1,7 +1,7 @@
 //! The plan of a corrective run: checks, solve, speeds, prediction.
 //!
 //! In: a [`Task`]. Out: an [`Outcome`], or what makes the run impossible, with the number that would mend it; or the
-//! [table](pareto) of what is to be had in which time.
+//! [table](super::pareto) of what is to be had in which time.
 
 use super::SpeedSteps;
 use super::curved::{self, Relief, cosines, steepest};
@@ -47,7 +47,7 @@ pub struct Task<'a> {
 }
 
 /// A run that can be solved: all that stands before the solve.
-struct Prepared<'a> {
+pub(super) struct Prepared<'a> {
     limits: Limits,
     footprint: Footprint<'a>,
     segments: Segments,
@@ -57,13 +57,13 @@ struct Prepared<'a> {
     relief: Option<Relief>,
     /// Wanted depths on the solver's grid, and of these what is left to the segments.
     asked: Vec<f64>,
-    depths: Vec<f64>,
+    pub depths: Vec<f64>,
     base: Base,
     /// Greatest speeds of the segments, and the times at these and at the least feed.
     fastest: Vec<f64>,
     lower: Vec<f64>,
     upper: Vec<f64>,
-    start: Vec<f64>,
+    pub start: Vec<f64>,
     /// The segments that do at least half of their work inside the clear aperture.
     inside: Vec<usize>,
     /// Depth that the path loses at the greatest feed.
@@ -73,7 +73,7 @@ struct Prepared<'a> {
 }
 
 /// The run, and its operator.
-fn prepare<'a>(task: &Task<'a>, warnings: &mut Vec<Problem>) -> Result<(Prepared<'a>, Removal), Problem> {
+pub(super) fn prepare<'a>(task: &Task<'a>, warnings: &mut Vec<Problem>) -> Result<(Prepared<'a>, Removal), Problem> {
     let dwell = task.dwell;
     let limits = limits(dwell, task.speed_steps)?;
     let mut footprint = Footprint::of(task.influence, task.azimuth);
@@ -138,7 +138,7 @@ fn prepare<'a>(task: &Task<'a>, warnings: &mut Vec<Problem>) -> Result<(Prepared
 }
 
 impl Prepared<'_> {
-    fn solver<'b>(&'b self, operator: &'b mut Removal, dwell: &Corrective) -> Solver<'b> {
+    pub(super) fn solver<'b>(&'b self, operator: &'b mut Removal, dwell: &Corrective) -> Solver<'b> {
         Solver {
             operator,
             segments: &self.segments,

@@ -108,17 +108,14 @@ impl Solver<'_> {
         }
     }
 
-    /// The same problem at other prices of the time, the cheapest first: the times and figures of each.
-    pub fn at_prices(&mut self, depths: &[f64], start: &[f64], prices: &[f64]) -> Vec<(Figures, f64)> {
+    /// Times of least squares at a price of a second: as asked, and as the arm can follow.
+    pub(super) fn priced(&mut self, depths: &[f64], start: &[f64], price: f64, steps: usize) -> (Vec<f64>, Vec<f64>) {
         let mut domain = Bounds::new(self.lower, self.upper, start);
-        let mut rows = Vec::new();
-        for price in prices {
-            self.descend(depths, &mut domain, *price, LATER_ITERATIONS);
-            let speeds = speed::for_times(domain.times(), self.segments, self.limits);
-            let times = speed::times(&speeds, self.segments, self.limits);
-            rows.push((self.figures(depths, &times), sum(times.len(), |i| times[i])));
-        }
-        rows
+        self.descend(depths, &mut domain, price, steps);
+        let asked = domain.into_times();
+        let speeds = speed::for_times(&asked, self.segments, self.limits);
+        let times = speed::times(&speeds, self.segments, self.limits);
+        (asked, times)
     }
 
     /// Half of the weighted square sum of an RMS.
@@ -126,7 +123,7 @@ impl Solver<'_> {
         0.5 * sum(self.weights.len(), |i| self.weights[i]) * rms * rms
     }
 
-    fn figures(&mut self, depths: &[f64], times: &[f64]) -> Figures {
+    pub(super) fn figures(&mut self, depths: &[f64], times: &[f64]) -> Figures {
         let wanted =
             Wanted { depths, weights: self.weights, base: self.base, objective: Objective::Squares, price: 0.0 };
         wanted.figures(self.operator, times)

@@ -3,7 +3,7 @@
 //! In: the outcomes of the passes. Out: [`ResultFile`], the content of `result.json`, whose field names are fixed by the
 //! command line's page. Numbers are in the unit that their name ends with.
 
-use crate::dwell::Outcome;
+use crate::dwell::{Choice, Outcome};
 use crate::eval::Requirement;
 use crate::forecast::{Expected, Prospect, Stock};
 use crate::job::Uncertainty;
@@ -327,7 +327,7 @@ pub fn path(path: &ToolPath) -> PathResult {
 pub fn dwell(outcome: &Outcome) -> DwellResult {
     let figures = &outcome.figures;
     DwellResult {
-        solver: "projected Barzilai-Borwein",
+        solver: "projected quasi-Newton",
         iterations: figures.iterations,
         rounds: figures.rounds,
         total_s: rounded(figures.time, 1),
@@ -383,6 +383,40 @@ fn contributions(ideal: f64, expected: &Expected) -> Vec<Contribution> {
         share: rounded(rms * rms / (expected.rms * expected.rms), 4),
     })
     .collect()
+}
+
+/// Content of `NAME.pareto.json`.
+#[derive(Clone, Debug, Serialize)]
+pub struct ParetoResult {
+    pub job: String,
+    /// What the figures are.
+    pub speaks_of: &'static str,
+    /// The least residual first.
+    pub rows: Vec<ParetoRow>,
+}
+
+#[derive(Clone, Debug, Serialize)]
+pub struct ParetoRow {
+    /// On the lines, without the ways between them.
+    pub time_s: f64,
+    pub rms_nm: f64,
+    pub pv_nm: f64,
+    pub base_nm: f64,
+}
+
+/// Residual against machine time.
+pub fn pareto(job: &str, rows: &[Choice]) -> ParetoResult {
+    let row = |choice: &Choice| ParetoRow {
+        time_s: rounded(choice.time, 1),
+        rms_nm: rounded(choice.rms * 1e9, 4),
+        pv_nm: rounded(choice.pv * 1e9, 3),
+        base_nm: rounded(choice.base * 1e9, 2),
+    };
+    ParetoResult {
+        job: job.into(),
+        speaks_of: "what is left of the part of the error that the run is to take off, by the solver's own grid",
+        rows: rows.iter().map(row).collect(),
+    }
 }
 
 /// The surface before and after.
