@@ -105,6 +105,7 @@ impl Case {
             weights: &weights,
             lower: &lower,
             upper: &upper,
+            stiffness: &[],
             base,
             aim,
             elsewhere: 0.0,
@@ -211,8 +212,10 @@ fn the_least_time_is_within_a_hundredth_of_the_cone_program() {
 
 #[test]
 fn with_limits_it_is_within_a_twentieth_of_the_limited_optimum() {
-    // The same problem with the layer held, in squares of speeds, the ramps of each move and all, by scipy's SLSQP (4000 steps,
-    // tolerance 1e-12, from rest speeds that keep the limits: constant, the unlimited answer, random ones): the best of all.
+    // The same problem in squares of speeds, with the ramps of each move and exact gradients, by scipy's SLSQP (up to 4000 steps,
+    // tolerance 1e-12) from ten starts: a constant speed, the answer without limits, its squares of speeds with 30 % of random change
+    // (six of them) and random speeds, each first lowered until it keeps the limits. It has several valleys: at 5 mm/s² the
+    // starts end between 6.639 and 6.776 nm, at 20 mm/s² between 4.435 and 6.6 nm. The best of each is taken.
     for (acceleration, optimum) in [(5e-3, LIMITED_5), (20e-3, LIMITED_20)] {
         let mut case = case();
         let found = case.solve(Base::Fixed(0.0), Aim::Rms, acceleration);
@@ -235,5 +238,5 @@ fn with_limits_it_is_within_a_twentieth_of_the_limited_optimum() {
 }
 
 /// nm.
-const LIMITED_5: f64 = 6.775;
-const LIMITED_20: f64 = 5.18;
+const LIMITED_5: f64 = 6.639;
+const LIMITED_20: f64 = 4.435;

@@ -13,6 +13,7 @@ use super::quasi_newton::Memory;
 pub struct Bounds<'a> {
     lower: &'a [f64],
     upper: &'a [f64],
+    stiffness: &'a [f64],
     times: Vec<f64>,
     way: Vec<f64>,
     memory: Memory,
@@ -27,6 +28,7 @@ impl<'a> Bounds<'a> {
         let mut bounds = Bounds {
             lower,
             upper,
+            stiffness: &[],
             times: start.to_vec(),
             way: vec![0.0; n],
             memory: Memory::default(),
@@ -37,6 +39,12 @@ impl<'a> Bounds<'a> {
             bounds.times[i] = bounds.inside(i, bounds.times[i]);
         }
         bounds
+    }
+
+    /// The same with a [stiffness](Domain::stiffness) of each time.
+    pub fn with_stiffness(mut self, stiffness: &'a [f64]) -> Bounds<'a> {
+        self.stiffness = stiffness;
+        self
     }
 
     /// The present times.
@@ -62,18 +70,23 @@ impl Domain for Bounds<'_> {
         &self.times
     }
 
+    fn stiffness(&self) -> &[f64] {
+        self.stiffness
+    }
+
     fn aim(&mut self, gradient: &[f64], step: f64) -> f64 {
         for i in 0..gradient.len() {
             let time = self.times[i];
             self.held[i] = (time <= self.lower[i] && gradient[i] > 0.0) || (time >= self.upper[i] && gradient[i] < 0.0);
         }
-        if let Some(newton) = self.memory.step(gradient, &self.held, &[]) {
+        if let Some(newton) = self.memory.step(gradient, &self.held, self.stiffness) {
             let slope = self.clip(|i| newton[i], gradient);
             if slope < 0.0 {
                 return slope;
             }
         }
-        self.clip(|i| step * gradient[i], gradient)
+        let stiffness = self.stiffness;
+        self.clip(|i| step * gradient[i] / stiffness.get(i).copied().unwrap_or(1.0), gradient)
     }
 
     fn at(&self, length: f64, times: &mut [f64]) {
@@ -106,7 +119,7 @@ impl Domain for Bounds<'_> {
     }
 
     fn fork(&self) -> Box<dyn Domain + '_> {
-        Box::new(Bounds::new(self.lower, self.upper, &self.times))
+        Box::new(Bounds::new(self.lower, self.upper, &self.times).with_stiffness(self.stiffness))
     }
 
     fn place(&self) -> &[f64] {

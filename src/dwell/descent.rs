@@ -25,8 +25,11 @@ pub trait LinearOperator {
 pub trait Domain {
     /// The present times.
     fn times(&self) -> &[f64];
+    /// How stiff each time is beside the others, about: the second derivative of the objective over it alone, up to a common
+    /// factor. Empty where all are alike.
+    fn stiffness(&self) -> &[f64];
     /// Looks for a way down, where the objective has this `gradient` over the times; `step` is the inverse of its
-    /// curvature on the last way. The slope along the whole way: negative, or zero where there is none.
+    /// curvature on the last way, beside the stiffness. The slope along the whole way: negative, or zero where there is none.
     fn aim(&mut self, gradient: &[f64], step: f64) -> f64;
     /// The times after the part `length` of the way.
     fn at(&self, length: f64, times: &mut [f64]);
@@ -107,9 +110,14 @@ pub fn descend(operator: &mut dyn LinearOperator, wanted: &Wanted, domain: &mut 
     let mut moved = vec![0.0; rows];
     let mut change = vec![0.0; unknowns];
     let mut turned = gradient.clone();
+    let stiffness = domain.stiffness().to_vec();
+    let stiff = |i: usize| stiffness.get(i).copied().unwrap_or(1.0);
     // First step: the one that the curvature along the gradient asks for.
-    operator.forward(&gradient, &mut moved);
-    let first = dot(&gradient, &gradient) / wanted.curvature(&moved, &slopes);
+    for (i, change) in change.iter_mut().enumerate() {
+        *change = gradient[i] / stiff(i);
+    }
+    operator.forward(&change, &mut moved);
+    let first = dot(&gradient, &change) / wanted.curvature(&moved, &slopes);
     let mut step = if first.is_finite() && first > 0.0 { first } else { 1.0 };
     let (least_step, greatest_step) = (1e-10 * step, 1e10 * step);
 
@@ -170,7 +178,7 @@ pub fn descend(operator: &mut dyn LinearOperator, wanted: &Wanted, domain: &mut 
         }
         domain.go(length, &turned);
         // Barzilai-Borwein: s's / s'y with s the move and y the change of the gradient.
-        let next = dot(&change, &change) / dot(&change, &turned);
+        let next = sum(unknowns, |i| stiff(i) * change[i] * change[i]) / dot(&change, &turned);
         step = if next.is_finite() && next > 0.0 { next.clamp(least_step, greatest_step) } else { greatest_step };
         values.push(value);
         if value < best_value {

@@ -23,6 +23,7 @@ use super::speed::{self, Limits, Segments};
 pub struct Followable<'a> {
     segments: &'a Segments,
     limits: &'a Limits,
+    stiffness: &'a [f64],
     /// Greatest square, and how far from the one before, of each segment.
     high: Vec<f64>,
     reach: Vec<f64>,
@@ -56,6 +57,7 @@ impl<'a> Followable<'a> {
         Followable {
             segments,
             limits,
+            stiffness: &[],
             high,
             reach,
             squares: speeds.iter().map(|v| v * v).collect(),
@@ -67,6 +69,16 @@ impl<'a> Followable<'a> {
             earlier: Vec::new(),
             best: Vec::new(),
         }
+    }
+
+    /// The same with a [stiffness](Domain::stiffness) of each time.
+    pub fn with_stiffness(mut self, stiffness: &'a [f64]) -> Followable<'a> {
+        self.stiffness = stiffness;
+        self
+    }
+
+    fn stiff(&self, i: usize) -> f64 {
+        self.stiffness.get(i).copied().unwrap_or(1.0)
     }
 
     /// The present speeds.
@@ -133,7 +145,7 @@ impl<'a> Followable<'a> {
         };
         for i in 0..n {
             let inner = self.inner(i);
-            self.weights[i] = inner * inner;
+            self.weights[i] = self.stiff(i) * inner * inner;
         }
         let stiffness = add(&|i| self.weights[i]);
         let slope = add(&|i| self.slope[i]);
@@ -185,6 +197,10 @@ impl Domain for Followable<'_> {
         &self.times
     }
 
+    fn stiffness(&self) -> &[f64] {
+        self.stiffness
+    }
+
     fn aim(&mut self, gradient: &[f64], step: f64) -> f64 {
         let n = self.squares.len();
         self.pull_back(gradient);
@@ -192,7 +208,7 @@ impl Domain for Followable<'_> {
         if !self.earlier.is_empty() {
             // Of the last move the spectral step too, in these unknowns: the move in times over the curvature along it.
             let turned = |i: usize| self.slope[i] - self.earlier[i];
-            let moved = sum(n, |i| (self.inner(i) * self.way[i]) * (self.inner(i) * self.way[i]));
+            let moved = sum(n, |i| self.stiff(i) * (self.inner(i) * self.way[i]) * (self.inner(i) * self.way[i]));
             let spectral = moved / sum(n, |i| self.way[i] * turned(i));
             if spectral.is_finite() && spectral > 0.0 {
                 step = spectral;
@@ -207,7 +223,7 @@ impl Domain for Followable<'_> {
         }
         for i in 0..n {
             let (u, length) = (self.squares[i], self.segments.length[i]);
-            let (time, inner) = (length / u.sqrt(), self.inner(i));
+            let (time, inner, step) = (length / u.sqrt(), self.inner(i), step / self.stiff(i));
             // A time may shrink to half in a step, so that the square grows to four times itself: beyond that the
             // gradient of here says nothing.
             let wanted = (time - step * self.slope[i] / inner).max(0.5 * time);
@@ -246,7 +262,7 @@ impl Domain for Followable<'_> {
     }
 
     fn fork(&self) -> Box<dyn Domain + '_> {
-        Box::new(Followable::new(self.segments, self.limits, &self.speeds()))
+        Box::new(Followable::new(self.segments, self.limits, &self.speeds()).with_stiffness(self.stiffness))
     }
 
     fn place(&self) -> &[f64] {

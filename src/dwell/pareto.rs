@@ -34,7 +34,7 @@ pub fn pareto(task: &Task, warnings: &mut Vec<Problem>) -> Result<Vec<Choice>, P
     let (run, mut operator) = prepare(task, warnings)?;
     let mut solver = run.solver(&mut operator, task.dwell);
     let mut rows: Vec<Choice> = Vec::new();
-    let mut start = run.start.clone();
+    let mut start = run.start.times.clone();
     let mut price = 0.0;
     while rows.len() < MOST_ROWS {
         let steps = if rows.is_empty() { MOST_ITERATIONS } else { MOST_ITERATIONS / 4 };

@@ -14,7 +14,7 @@ use super::outcome::{Figures, Outcome, predict};
 use super::removal::{Removal, Samples, deposit};
 use super::solver::{Aim, LATER_ITERATIONS, MOST_ITERATIONS, NOTHING, Solved, Solver};
 use super::speed::{self, Limits, Segments};
-use super::start::start;
+use super::start::{Start, start};
 use super::timed::{Standing, TimedPath};
 use crate::diagnostics::Problem;
 use crate::height_map::Grid;
@@ -63,9 +63,7 @@ pub(super) struct Prepared<'a> {
     fastest: Vec<f64>,
     lower: Vec<f64>,
     upper: Vec<f64>,
-    pub start: Vec<f64>,
-    /// The segments that do at least half of their work inside the clear aperture.
-    inside: Vec<usize>,
+    pub start: Start,
     /// Depth that the path loses at the greatest feed.
     floor: f64,
     /// Least distance of a standing tool from the part's edge.
@@ -115,7 +113,7 @@ pub(super) fn prepare<'a>(task: &Task<'a>, warnings: &mut Vec<Problem>) -> Resul
     for (upper, lower) in upper.iter_mut().zip(&lower) {
         *upper = upper.max(*lower);
     }
-    let (start, inside) = start(&mut operator, &coarse, &segments, &depths, base)?;
+    let start = start(&mut operator, &coarse, &segments, &depths, base)?;
     let overrun = ends.least_overrun;
     let run = Prepared {
         limits,
@@ -130,7 +128,6 @@ pub(super) fn prepare<'a>(task: &Task<'a>, warnings: &mut Vec<Problem>) -> Resul
         lower,
         upper,
         start,
-        inside,
         floor,
         overrun,
     };
@@ -146,6 +143,7 @@ impl Prepared<'_> {
             weights: &self.coarse.weights,
             lower: &self.lower,
             upper: &self.upper,
+            stiffness: &self.start.stiffness,
             base: self.base,
             aim: match &dwell.objective {
                 job::Objective::rms(_) => Aim::Rms,
@@ -177,7 +175,7 @@ pub fn solve(task: Task, warnings: &mut Vec<Problem>) -> Result<Outcome, Problem
     let mut solver = run.solver(&mut operator, dwell);
     let mut timed = TimedPath::new(task.path, task.standing, &run.limits, task.speed_steps);
     let mut target = run.depths.clone();
-    let mut solved = solver.solve(&target, &run.start, MOST_ITERATIONS);
+    let mut solved = solver.solve(&target, &run.start.times, MOST_ITERATIONS);
     if let Some(relief) = &run.relief {
         solved = run.corrected(relief, &mut solver, &mut timed, &mut target, solved);
     }
@@ -217,10 +215,11 @@ impl Prepared<'_> {
     fn figures(&self, speeds: &[f64], steps: SpeedSteps, predicted: Figures) -> Figures {
         let limits = &self.limits;
         let part = |at: &dyn Fn(usize) -> bool| {
-            self.inside.iter().filter(|i| at(**i)).count() as f64 / self.inside.len().max(1) as f64
+            self.start.inside.iter().filter(|i| at(**i)).count() as f64 / self.start.inside.len().max(1) as f64
         };
         let least = |i: usize| speeds[i] < limits.least + steps.step(speeds[i]);
-        let speed_of = |pick: fn(f64, f64) -> f64, from: f64| self.inside.iter().fold(from, |s, &i| pick(s, speeds[i]));
+        let speed_of =
+            |pick: fn(f64, f64) -> f64, from: f64| self.start.inside.iter().fold(from, |s, &i| pick(s, speeds[i]));
         Figures {
             floor: self.floor,
             least_speed: speed_of(f64::min, limits.greatest),

@@ -27,6 +27,9 @@ pub const NOTHING: f64 = 1e-12;
 /// What the limits of the arm may cost before the speeds are solved for: less than the influence function is known to.
 const LIMIT_COST: f64 = 0.01;
 
+/// Part of the mean slowness by which a run gets slower everywhere, at first, to leave less: a twentieth of its time.
+const DEEPER: f64 = 0.05;
+
 /// Steps of a solve that starts from a solved neighbour.
 pub const LATER_ITERATIONS: usize = 40;
 
@@ -59,6 +62,8 @@ pub struct Solver<'a> {
     /// Times of the segments at their fastest and slowest.
     pub lower: &'a [f64],
     pub upper: &'a [f64],
+    /// See [`Domain::stiffness`].
+    pub stiffness: &'a [f64],
     pub base: Base,
     pub aim: Aim,
     /// RMS of what will be left whatever the solver does.
@@ -72,8 +77,29 @@ pub struct Solver<'a> {
 
 impl Solver<'_> {
     /// Times and speeds for the wanted depths.
+    ///
+    /// Where the even layer is free, the residual hardly tells how deep it should be, and the descent leaves it about where it
+    /// starts. A residual that may not be more than so much may need a deeper one, which leaves room to be faster and slower.
     pub fn solve(&mut self, depths: &[f64], start: &[f64], most_iterations: usize) -> Solved {
-        let mut domain = Bounds::new(self.lower, self.upper, start);
+        let mut found = self.solve_from(depths, start, most_iterations);
+        let (Aim::Time { rms }, Base::AtMost(_)) = (self.aim, self.base) else { return found };
+        let length: f64 = self.segments.length.iter().sum();
+        let mut slowness = DEEPER * found.times.iter().sum::<f64>() / length;
+        while found.figures.rms > rms {
+            let deeper: Vec<f64> =
+                found.times.iter().zip(&self.segments.length).map(|(time, length)| time + slowness * length).collect();
+            let next = self.solve_from(depths, &deeper, most_iterations);
+            if !(next.figures.rms < (1.0 - LIMIT_COST) * found.figures.rms) {
+                break;
+            }
+            found = next;
+            slowness *= 2.0;
+        }
+        found
+    }
+
+    fn solve_from(&mut self, depths: &[f64], start: &[f64], most_iterations: usize) -> Solved {
+        let mut domain = Bounds::new(self.lower, self.upper, start).with_stiffness(self.stiffness);
         let ended = self.descend_by_aim(depths, &mut domain, most_iterations);
         let free_times = domain.into_times();
         let free = self.figures(depths, &free_times);
@@ -85,13 +111,14 @@ impl Solver<'_> {
         let enough = match self.aim {
             Aim::Rms => cost(limited.rms) <= (1.0 + LIMIT_COST) * cost(free.rms) || limited.rms <= NOTHING,
             Aim::Pv => limited.largest <= (1.0 + LIMIT_COST) * free.largest,
-            Aim::Time { rms } => limited.rms <= rms,
+            // What is out of reach of any times is so of those that the arm can follow.
+            Aim::Time { rms } => limited.rms <= rms || free.rms > rms,
         };
         if enough {
             return Solved { figures: limited, speeds, times, ended };
         }
         let (segments, limits) = (self.segments, self.limits);
-        let mut domain = Followable::new(segments, limits, &speeds);
+        let mut domain = Followable::new(segments, limits, &speeds).with_stiffness(self.stiffness);
         let ended = self.descend_by_aim(depths, &mut domain, most_iterations);
         let (found, found_times) = (domain.speeds(), domain.times().to_vec());
         self.rounds += 1;
@@ -110,7 +137,7 @@ impl Solver<'_> {
 
     /// Times of least squares at a price of a second: as asked, and as the arm can follow.
     pub(super) fn priced(&mut self, depths: &[f64], start: &[f64], price: f64, steps: usize) -> (Vec<f64>, Vec<f64>) {
-        let mut domain = Bounds::new(self.lower, self.upper, start);
+        let mut domain = Bounds::new(self.lower, self.upper, start).with_stiffness(self.stiffness);
         self.descend(depths, &mut domain, price, steps);
         let asked = domain.into_times();
         let speeds = speed::for_times(&asked, self.segments, self.limits);

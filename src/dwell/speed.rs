@@ -293,6 +293,32 @@ mod tests {
         assert!((found[0] - 0.06).abs() < 1e-15 && (found[0] + found[1] - 0.1625).abs() < 1e-15);
     }
 
+    #[test]
+    fn corners_limit_both_segments_beside_them() {
+        // A square corner between two moves of 2 mm, then a straight one: a turn of pi/2 over 2 mm. 0.5 m/s² allow
+        // sqrt(0.5 * 2 mm / (pi/2)) = 25.2 mm/s.
+        let mut path = ToolPath::default();
+        for [x, y] in [[0.0, 0.0], [2e-3, 0.0], [2e-3, 2e-3], [2e-3, 4e-3]] {
+            path.points.push([x, y, 0.0], [0.0, 0.0, 1.0]);
+        }
+        path.lines.push(crate::path::Line { points: 0..4, link: crate::path::Link::Lifted });
+        let segments = Segments::new(&path, 0.0);
+        let corner = (0.5 * 2e-3 / std::f64::consts::FRAC_PI_2).sqrt();
+        for (i, expected) in [corner, corner, 0.1].into_iter().enumerate() {
+            assert!((segments.greatest(i, &LIMITS) - expected).abs() < 1e-15, "{i}");
+        }
+        // Steps of half a degree on a circle of 50 mm: 1/r to the square of the half step.
+        let mut path = ToolPath::default();
+        for i in 0..20 {
+            let (sin, cos) = libm::sincos(f64::from(i) * std::f64::consts::PI / 360.0);
+            path.points.push([50e-3 * cos, 50e-3 * sin, 0.0], [0.0, 0.0, 1.0]);
+        }
+        path.lines.push(crate::path::Line { points: 0..20, link: crate::path::Link::Lifted });
+        for curvature in Segments::new(&path, 0.0).curvature {
+            assert!((curvature * 50e-3 - 1.0).abs() < 1e-5, "{curvature}");
+        }
+    }
+
     proptest! {
         #[test]
         fn what_is_limited_can_be_followed(
