@@ -108,6 +108,7 @@ fn every_code_has_a_page_a_title_and_a_test() {
     let by_hand = [
         ("E0600", "tests/metrology/workpiece.rs"),
         ("E0620", "tests/metrology/influence.rs"),
+        ("W0710", "src/dwell/feasibility.rs"),
         ("E0810", "tests/motion_plan.rs"),
     ];
     for (code, test) in by_hand {

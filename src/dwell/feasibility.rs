@@ -331,3 +331,29 @@ pub(super) fn check_solved(figures: &Figures, dwell: &Corrective, warnings: &mut
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::job::{Empty, FreePiston, Range};
+    use crate::units::si::{Acceleration, Speed};
+
+    #[test]
+    fn a_solver_that_was_cut_short_is_told_of() {
+        let dwell = Corrective {
+            objective: Objective::rms(Empty {}),
+            removal_fraction: 1.0,
+            piston: Piston::free(FreePiston { at_most: None }),
+            feed: Range { from: Speed(1e-3), to: Speed(0.1) },
+            acceleration: Acceleration(0.5),
+            lateral_acceleration: None,
+        };
+        let figures = Figures { before_rms: 1e-8, rms: 1e-9, iterations: 200, ..Figures::default() };
+        let mut warnings = Vec::new();
+        check_solved(&figures, &dwell, &mut warnings).expect("a usable run");
+        assert!(warnings.is_empty());
+        check_solved(&Figures { stopped_early: true, ..figures }, &dwell, &mut warnings).expect("a usable run");
+        assert_eq!(warnings.iter().map(|w| w.code.as_str()).collect::<Vec<_>>(), ["W0710"]);
+        assert!(warnings[0].message.contains("200 steps") && warnings[0].message.contains("1.000 nm"));
+    }
+}

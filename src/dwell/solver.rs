@@ -183,9 +183,10 @@ impl Solver<'_> {
             }
             Aim::Time { rms } => {
                 // With a price known from an earlier solve the search goes on from there.
-                let ended = match self.price {
-                    0.0 => self.descend(depths, domain, 0.0, most_iterations),
-                    _ => Ended::Reached,
+                let ended = if self.price > 0.0 {
+                    Ended::Reached
+                } else {
+                    self.descend(depths, domain, 0.0, most_iterations)
                 };
                 self.least_time(depths, domain, rms, ended)
             }
