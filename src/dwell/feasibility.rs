@@ -335,8 +335,8 @@ pub(super) fn check_solved(figures: &Figures, dwell: &Corrective, warnings: &mut
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::job::{Empty, FreePiston, Range};
-    use crate::units::si::{Acceleration, Speed};
+    use crate::job::{Empty, FreePiston};
+    use crate::units::si::{Acceleration, Range, Speed};
 
     #[test]
     fn a_solver_that_was_cut_short_is_told_of() {

@@ -81,16 +81,22 @@ impl Solver<'_> {
     /// Where the even layer is free, the residual hardly tells how deep it should be, and the descent leaves it about where it
     /// starts. A residual that may not be more than so much may need a deeper one, which leaves room to be faster and slower.
     pub fn solve(&mut self, depths: &[f64], start: &[f64], most_iterations: usize) -> Solved {
-        let mut found = self.solve_from(depths, start, most_iterations);
-        let (Aim::Time { rms }, Base::AtMost(_)) = (self.aim, self.base) else { return found };
+        let stop = Stop { most_iterations, ..STOP };
+        let (Aim::Time { rms }, Base::AtMost(_)) = (self.aim, self.base) else {
+            return self.solve_from(depths, start, stop);
+        };
+        // Where ten steps gain less than a tenth of the RMS, a deeper layer will gain more.
+        let hurry = Stop { relative_decrease: 0.2, ..stop };
+        let mut found = self.solve_from(depths, start, hurry);
         let length: f64 = self.segments.length.iter().sum();
         let mut slowness = DEEPER * found.times.iter().sum::<f64>() / length;
         while found.figures.rms > rms {
             let deeper: Vec<f64> =
                 found.times.iter().zip(&self.segments.length).map(|(time, length)| time + slowness * length).collect();
-            let next = self.solve_from(depths, &deeper, most_iterations);
+            let next = self.solve_from(depths, &deeper, hurry);
             if !(next.figures.rms < (1.0 - LIMIT_COST) * found.figures.rms) {
-                break;
+                // Nor does that: what is left to try is patience.
+                return self.solve_from(depths, &found.times, stop);
             }
             found = next;
             slowness *= 2.0;
@@ -98,9 +104,9 @@ impl Solver<'_> {
         found
     }
 
-    fn solve_from(&mut self, depths: &[f64], start: &[f64], most_iterations: usize) -> Solved {
+    fn solve_from(&mut self, depths: &[f64], start: &[f64], stop: Stop) -> Solved {
         let mut domain = Bounds::new(self.lower, self.upper, start).with_stiffness(self.stiffness);
-        let ended = self.descend_by_aim(depths, &mut domain, most_iterations);
+        let ended = self.descend_by_aim(depths, &mut domain, stop);
         let free_times = domain.into_times();
         let free = self.figures(depths, &free_times);
         let speeds = speed::for_times(&free_times, self.segments, self.limits);
@@ -119,7 +125,7 @@ impl Solver<'_> {
         }
         let (segments, limits) = (self.segments, self.limits);
         let mut domain = Followable::new(segments, limits, &speeds).with_stiffness(self.stiffness);
-        let ended = self.descend_by_aim(depths, &mut domain, most_iterations);
+        let ended = self.descend_by_aim(depths, &mut domain, stop);
         let (found, found_times) = (domain.speeds(), domain.times().to_vec());
         self.rounds += 1;
         let figures = self.figures(depths, &found_times);
@@ -138,7 +144,7 @@ impl Solver<'_> {
     /// Times of least squares at a price of a second: as asked, and as the arm can follow.
     pub(super) fn priced(&mut self, depths: &[f64], start: &[f64], price: f64, steps: usize) -> (Vec<f64>, Vec<f64>) {
         let mut domain = Bounds::new(self.lower, self.upper, start).with_stiffness(self.stiffness);
-        self.descend(depths, &mut domain, price, steps);
+        self.descend(depths, &mut domain, price, Stop { most_iterations: steps, ..STOP });
         let asked = domain.into_times();
         let speeds = speed::for_times(&asked, self.segments, self.limits);
         let times = speed::times(&speeds, self.segments, self.limits);
@@ -156,38 +162,33 @@ impl Solver<'_> {
         wanted.figures(self.operator, times)
     }
 
-    fn descend(&mut self, depths: &[f64], domain: &mut dyn Domain, price: f64, most_iterations: usize) -> Ended {
-        let stop = Stop {
-            most_iterations,
-            elsewhere: self.squares(self.elsewhere),
-            value: if price > 0.0 { 0.0 } else { self.squares(NOTHING) },
-            ..STOP
-        };
+    /// Least squares, with a price of a second.
+    fn descend(&mut self, depths: &[f64], domain: &mut dyn Domain, price: f64, stop: Stop) -> Ended {
+        let stop = Stop { elsewhere: self.squares(self.elsewhere), ..stop };
         let wanted = Wanted { depths, weights: self.weights, base: self.base, objective: Objective::Squares, price };
         let found = descent::descend(self.operator, &wanted, domain, stop);
         self.iterations += found.iterations;
         found.ended
     }
 
-    fn descend_by_aim(&mut self, depths: &[f64], domain: &mut dyn Domain, most_iterations: usize) -> Ended {
+    fn descend_by_aim(&mut self, depths: &[f64], domain: &mut dyn Domain, stop: Stop) -> Ended {
+        let nothing = Stop { value: self.squares(NOTHING), ..stop };
         match self.aim {
-            Aim::Rms => self.descend(depths, domain, 0.0, most_iterations),
+            Aim::Rms => self.descend(depths, domain, 0.0, nothing),
             Aim::Pv => {
-                self.descend(depths, domain, 0.0, most_iterations);
-                let stop = Stop { most_iterations, ..STOP };
+                self.descend(depths, domain, 0.0, nothing);
                 let (weights, base) = (self.weights, self.base);
                 let wanted = Wanted { depths, weights, base, objective: Objective::Squares, price: 0.0 };
                 let found = largest::minimise(self.operator, &wanted, domain, &largest::SHARPENING, stop);
                 self.iterations += found.iterations;
                 found.ended
             }
+            // With a price known from an earlier solve the search goes on from there.
+            Aim::Time { rms } if self.price > 0.0 => self.least_time(depths, domain, rms, Ended::Reached),
             Aim::Time { rms } => {
-                // With a price known from an earlier solve the search goes on from there.
-                let ended = if self.price > 0.0 {
-                    Ended::Reached
-                } else {
-                    self.descend(depths, domain, 0.0, most_iterations)
-                };
+                // Less than what may be left is not needed.
+                let enough = Stop { value: self.squares((1.0 - TIGHT) * rms), ..stop };
+                let ended = self.descend(depths, domain, 0.0, enough);
                 self.least_time(depths, domain, rms, ended)
             }
         }
@@ -203,8 +204,9 @@ impl Solver<'_> {
         let (mut below, mut above) = ((0.0, 0.0), None::<(f64, f64)>);
         let seconds = sum(domain.times().len(), |i| domain.times()[i]);
         let mut price = if self.price > 0.0 { self.price } else { self.squares(rms) / seconds };
+        let stop = Stop { most_iterations: LATER_ITERATIONS, ..STOP };
         for _ in 0..MOST_PRICES {
-            self.descend(depths, domain, price, LATER_ITERATIONS);
+            self.descend(depths, domain, price, stop);
             let found = self.figures(depths, domain.times()).rms;
             if found <= rms {
                 below = (price, found);
@@ -215,17 +217,17 @@ impl Solver<'_> {
                 above = Some((price, found));
             }
             price = match above {
-                None => 4.0 * price,
+                None => 8.0 * price,
                 Some(above) if below.0 > 0.0 => {
                     // Along the straight line in logarithms, kept off the ends; aimed at the middle of what is good enough.
                     let aim = libm::log((1.0 - 0.5 * TIGHT) * rms / below.1) / libm::log(above.1 / below.1);
                     below.0 * libm::exp(aim.clamp(0.1, 0.9) * libm::log(above.0 / below.0))
                 }
-                Some(above) => above.0 / 4.0,
+                Some(above) => above.0 / 8.0,
             };
         }
         if self.figures(depths, domain.times()).rms > rms {
-            self.descend(depths, domain, below.0, 2 * LATER_ITERATIONS);
+            self.descend(depths, domain, below.0, Stop { most_iterations: 2 * LATER_ITERATIONS, ..stop });
         }
         self.price = below.0;
         Ended::Reached
