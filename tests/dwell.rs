@@ -8,7 +8,7 @@ use polishc::dwell::speed::{Limits, Segments, times};
 use polishc::dwell::{Footprint, Outcome, SegmentTimes, SpeedSteps, Task, check_segment_times, predict, solve};
 use polishc::height_map::Grid;
 use polishc::job::*;
-use polishc::path::{ToolPath, raster};
+use polishc::path::{self, Setting, ToolPath};
 use polishc::tool::InfluenceFunction;
 use polishc::units::si::*;
 
@@ -80,8 +80,18 @@ impl Run {
             lines: self.lines,
             chord_error: Length(1e-5),
             holes: None,
+            landing: None,
+            passes: None,
         };
-        raster::plan(&raster, &Plane {}, 1_000_000).expect("a path")
+        let setting = Setting {
+            edge: &self.edge,
+            clear: &self.clear,
+            surface: &Plane {},
+            most_points: 1_000_000,
+            line_points: usize::MAX,
+            measured: None,
+        };
+        path::plan(&Path::raster(raster), &setting).expect("a path")
     }
 
     fn solve(&self) -> (Result<Outcome, Problem>, Vec<Problem>) {
@@ -89,6 +99,7 @@ impl Run {
         let task = Task {
             path: self.path(),
             line_pitch: self.pitch,
+            passes: 1,
             error: &self.error,
             clear: &self.clear,
             edge: &self.edge,
@@ -321,6 +332,7 @@ fn an_off_centre_spot_is_led_the_other_way() {
         let task = Task {
             path: run.path(),
             line_pitch: run.pitch,
+            passes: 1,
             error: &run.error,
             clear: &run.clear,
             surface: &Plane {},

@@ -19,7 +19,7 @@ const LAYERS: &[(&str, &[&str])] = &[
     ("workpiece", &["source", "units", "diagnostics", "job", "height_map"]),
     ("metrology", &["source", "units", "diagnostics", "job", "height_map", "workpiece"]),
     ("tool", &["source", "units", "diagnostics", "job", "height_map", "workpiece", "metrology"]),
-    ("path", &["units", "diagnostics", "job", "workpiece"]),
+    ("path", &["units", "diagnostics", "job", "height_map", "workpiece", "metrology", "tool"]),
     ("dwell", &["units", "diagnostics", "job", "height_map", "workpiece", "metrology", "tool", "path"]),
     ("motion", &["units", "diagnostics", "job", "workpiece", "tool", "path", "dwell"]),
     ("target", &["units", "diagnostics", "job", "path", "dwell", "motion"]),

@@ -21,8 +21,10 @@ use rayon::prelude::*;
 /// Everything that a corrective run is planned from. Lengths in metres, times in seconds.
 pub struct Task<'a> {
     pub path: ToolPath,
-    /// Distance of neighbouring lines.
+    /// Distance of neighbouring lines of one pass.
     pub line_pitch: f64,
+    /// How often the path goes over its area.
+    pub passes: usize,
     /// Form error in the part frame, positive where glass stands too high; no NaN inside `clear`.
     pub error: &'a Grid,
     pub clear: &'a Aperture,
@@ -123,7 +125,7 @@ pub fn solve(task: Task, warnings: &mut Vec<Problem>) -> Result<Outcome, Problem
     // On a slope pixels and lines lie farther apart on the glass than across the axis.
     let steepest = steepest(task.surface, &field);
     check_resolution(&field, &footprint, task.line_pitch, steepest, warnings)?;
-    let floor = floor_depth(footprint.volume_rate, limits.greatest, task.line_pitch);
+    let floor = task.passes as f64 * floor_depth(footprint.volume_rate, limits.greatest, task.line_pitch);
     let fraction = dwell.removal_fraction;
     let base = check_base(&dwell.piston, fraction * field.greatest(), floor, &footprint, &limits)?;
 

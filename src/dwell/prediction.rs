@@ -250,7 +250,7 @@ mod tests {
 
     /// Three lines of 30 mm, askew, points 2 mm apart.
     fn path() -> ToolPath {
-        let mut path = ToolPath { points: Points::default(), lines: Vec::new() };
+        let mut path = ToolPath::default();
         for line in 0..3 {
             let start = path.points.len();
             for i in 0..16 {

@@ -311,7 +311,7 @@ mod tests {
 
     /// Lines of a few bends, so that segments point everywhere.
     fn path(places: &[(f64, f64)]) -> ToolPath {
-        let mut path = ToolPath { points: Points::default(), lines: Vec::new() };
+        let mut path = ToolPath::default();
         for line in places.chunks(4) {
             let start = path.points.len();
             for (x, y) in line {

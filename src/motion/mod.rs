@@ -81,6 +81,11 @@ impl Room {
     pub const fn points(total: usize) -> Room {
         Room { total, point: 1, line: 0 }
     }
+
+    /// Most points of a line that fits.
+    pub fn line_points(self) -> usize {
+        self.total.saturating_sub(self.line) / self.point.max(1)
+    }
 }
 
 /// How the tool gets to a run's approach pose: from home before the first run, from the run before otherwise.

@@ -1,7 +1,11 @@
-//! Where lines start and end: the tool stands still there, so it must not stand over the glass.
+//! Where lines start and end: the tool stands still there, so it must not stand over the glass, unless the job says how it
+//! lands.
 //!
 //! In: a [`ToolPath`], the part's edge, how far the spot reaches and how fast the tool gets to speed. Out: how far the
 //! line ends lie beyond the edge, or a refusal that says by how much the path must grow.
+//!
+//! Where a path with a landing is lifted, what the standing tool removes is known, and part of the solved dwell. Where it
+//! goes on along the surface from line to line, it is not.
 
 use super::{Link, ToolPath};
 use crate::diagnostics::{Problem, codes};
@@ -10,7 +14,8 @@ use crate::job::Aperture;
 /// How the ends of the lines lie.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LineEnds {
-    /// Least distance of a line end, or of the way from one line to the next, beyond the part's edge, metres.
+    /// Least distance of a line end, or of the way from one line to the next, beyond the part's edge, metres; negative where
+    /// the tool lands on the part.
     pub least_overrun: f64,
     /// What every line would need so that the tool reaches full feed before its spot touches the part, metres: the
     /// spot's radius and `v²/2a`. Where the overrun is smaller, the solver reckons with the ramp.
@@ -18,7 +23,7 @@ pub struct LineEnds {
 }
 
 /// Checks that at both ends of every line, and on the way to the next line where the tool stays on the surface, the spot
-/// stands clear of the part.
+/// stands clear of the part; at the ends where it is lifted only if the path has no landing.
 ///
 /// # Errors
 ///
@@ -31,6 +36,7 @@ pub fn check(
     acceleration: f64,
 ) -> Result<LineEnds, Problem> {
     let mut least = (f64::INFINITY, [0.0; 2]);
+    let mut landed = f64::INFINITY;
     let mut look = |[x, y]: [f64; 2]| {
         // The distance is that to the outer boundary: the hole of a ring is no place to stand either.
         let overrun = outside(edge, x, y);
@@ -38,10 +44,17 @@ pub fn check(
             least = (overrun, [x, y]);
         }
     };
+    let mut lifted = true;
     for (i, line) in path.lines.iter().enumerate() {
         let [first, last] = [line.points.start, line.points.end - 1].map(|p| path.points.position(p));
-        look([first[0], first[1]]);
-        look([last[0], last[1]]);
+        let down = std::mem::replace(&mut lifted, line.link == Link::Lifted || i + 1 == path.lines.len());
+        for (place, lands) in [(first, down), (last, lifted)] {
+            if lands && path.landing.is_some() {
+                landed = landed.min(outside(edge, place[0], place[1]));
+            } else {
+                look([place[0], place[1]]);
+            }
+        }
         if let (Link::OnSurface, Some(next)) = (line.link, path.lines.get(i + 1)) {
             let next = path.points.position(next.points.start);
             // Along the whole way, its middle included, at places no farther apart than a tenth of the spot's radius: between
@@ -76,13 +89,15 @@ pub fn check(
             spot_radius * 1e3
         );
         return Err(Problem::error(codes::E0644, "path.over", message)
-            .note("a standing tool removes most of all; every line must start and end off the part")
+            .note(
+                "a standing tool removes most of all; every line must start and end off the part, or say how it lands",
+            )
             .help(format!(
                 "let `over` reach {wider:.1} mm farther out on every side (that is, {:.1} mm more in diameter)",
                 2.0 * wider
             )));
     }
-    Ok(LineEnds { least_overrun, full_feed_overrun })
+    Ok(LineEnds { least_overrun: least_overrun.min(landed), full_feed_overrun })
 }
 
 /// Distance beyond the outer boundary, negative on the part and in its hole.
@@ -99,9 +114,9 @@ fn outside(edge: &Aperture, x: f64, y: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::job::Circle;
+    use crate::job::{Circle, Landing};
     use crate::path::{Line, Points};
-    use crate::units::si::Length;
+    use crate::units::si::{Length, Speed, Time};
 
     /// One line along x from -`reach` to `reach` millimetres.
     fn line(reach: f64) -> ToolPath {
@@ -109,7 +124,7 @@ mod tests {
         for x in [-reach, 0.0, reach] {
             points.push([x * 1e-3, 0.0, 0.0], [0.0, 0.0, 1.0]);
         }
-        ToolPath { points, lines: vec![Line { points: 0..3, link: Link::OnSurface }] }
+        ToolPath { points, lines: vec![Line { points: 0..3, link: Link::OnSurface }], landing: None }
     }
 
     fn part() -> Aperture {
@@ -144,6 +159,20 @@ mod tests {
         path.lines.push(Line { points: 3..4, link: Link::OnSurface });
         assert_eq!(check(&path, &part(), 8e-3, 0.1, 0.5).unwrap_err().code, codes::E0644);
         // Lifted, the tool may pass over it.
+        path.lines[0].link = Link::Lifted;
+        assert!(check(&path, &part(), 8e-3, 0.1, 0.5).is_ok());
+    }
+
+    #[test]
+    fn a_path_that_says_how_it_lands_may_be_lifted_over_the_part() {
+        let mut path = line(40.0);
+        path.landing = Some(Landing { speed: Speed(0.01), reach: Length(1e-3), stand: Time(0.1) });
+        let ends = check(&path, &part(), 8e-3, 0.1, 0.5).expect("lands");
+        assert!((ends.least_overrun + 10e-3).abs() < 1e-15);
+        // A second line joined along the surface still stands there for nobody knows how long.
+        path.points.push([-0.04, 0.01, 0.0], [0.0, 0.0, 1.0]);
+        path.lines.push(Line { points: 3..4, link: Link::OnSurface });
+        assert_eq!(check(&path, &part(), 8e-3, 0.1, 0.5).unwrap_err().code, codes::E0644);
         path.lines[0].link = Link::Lifted;
         assert!(check(&path, &part(), 8e-3, 0.1, 0.5).is_ok());
     }
