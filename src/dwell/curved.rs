@@ -229,7 +229,7 @@ mod tests {
     use super::super::prediction;
     use super::*;
     use crate::job::{Form, Side, Sphere};
-    use crate::path::{Line, Link, Points, ToolPath};
+    use crate::path::{Line, Link, ToolPath};
     use crate::source::MemoryFiles;
     use crate::units::si::Length;
     use crate::workpiece::form;

@@ -12,7 +12,6 @@ mod curved;
 mod feasibility;
 mod field;
 pub mod footprint;
-mod fourier;
 pub mod least_squares;
 mod plan;
 pub mod prediction;

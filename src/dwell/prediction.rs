@@ -243,7 +243,7 @@ mod tests {
     use super::super::footprint::examples::gaussian;
     use super::super::removal::{Samples, deposit};
     use super::*;
-    use crate::path::{Line, Link, Points, ToolPath};
+    use crate::path::{Line, Link, ToolPath};
 
     const SIGMA: f64 = 2e-3;
     const LIMITS: Limits = Limits { least: 1e-4, greatest: 0.1, acceleration: 0.5 };

@@ -10,8 +10,8 @@
 //! solver's only choice for large problems.
 
 use super::footprint::Footprint;
-use super::fourier::{Convolution, good_length};
 use super::least_squares::LinearOperator;
+use crate::fourier::{Convolution, good_length};
 use crate::height_map::Grid;
 use crate::path::ToolPath;
 use rayon::prelude::*;
@@ -299,7 +299,7 @@ impl LinearOperator for Removal {
 mod tests {
     use super::super::footprint::examples::gaussian;
     use super::*;
-    use crate::path::{Line, Link, Points};
+    use crate::path::{Line, Link};
     use proptest::prelude::*;
 
     const SIGMA: f64 = 2e-3;
