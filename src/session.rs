@@ -273,6 +273,7 @@ impl Passes<'_> {
         let job::Dwell::corrective(corrective) = &job.dwell;
         let speed_steps = limits.as_ref().map_or(FINEST_SPEEDS, |limits| limits.speed_steps);
         let task = dwell::Task {
+            standing: dwell::standing(&tool_path, corrective.acceleration.0, speed_steps),
             path: tool_path,
             line_pitch: strategy.line_pitch(),
             passes: job.path.pass_count(),

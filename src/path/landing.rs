@@ -18,29 +18,16 @@ use super::{Link, ToolPath};
 use crate::diagnostics::{Problem, codes};
 use crate::job::Landing;
 
-/// The end of a run at which the tool comes down, or goes up.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Stand {
-    pub point: usize,
-    /// The first point of that run, to which the speed of the way down belongs; up it is the same.
-    pub first: usize,
-}
-
 impl ToolPath {
-    /// Where the tool comes down and goes up, in order of travel; nothing if the path does not land. Some of these points lie
+    /// The points at which the tool comes down or goes up, in order of travel; nothing if the path does not land. Some of these points lie
     /// off the part.
-    pub fn stands(&self) -> impl Iterator<Item = Stand> + '_ {
+    pub fn stands(&self) -> impl Iterator<Item = usize> + '_ {
         let count = if self.landing.is_some() { self.lines.len() } else { 0 };
-        let mut first = 0;
         (0..count).flat_map(move |i| {
             let line = &self.lines[i];
             let down = i == 0 || self.lines[i - 1].link == Link::Lifted;
             let up = i + 1 == count || line.link == Link::Lifted;
-            if down {
-                first = line.points.start;
-            }
-            let stand = |point: usize| Stand { point, first };
-            [down.then(|| stand(line.points.start)), up.then(|| stand(line.points.end - 1))].into_iter().flatten()
+            [down.then_some(line.points.start), up.then_some(line.points.end - 1)].into_iter().flatten()
         })
     }
 }
@@ -127,8 +114,7 @@ mod tests {
         let mut path = ToolPath { points: Points::default(), lines, landing: None };
         assert_eq!(path.stands().count(), 0);
         path.landing = Some(landing(0.01, 1e-3, 0.1));
-        let found: Vec<(usize, usize)> = path.stands().map(|stand| (stand.point, stand.first)).collect();
-        assert_eq!(found, [(0, 0), (5, 0), (6, 6), (8, 6), (9, 9), (11, 9)]);
+        assert_eq!(path.stands().collect::<Vec<usize>>(), [0, 5, 6, 8, 9, 11]);
     }
 
     #[test]
