@@ -85,6 +85,7 @@ pub fn solve(task: Task, warnings: &mut Vec<Problem>) -> Result<Outcome, Problem
     drop(samples);
     let asked: Vec<f64> = coarse.values.iter().map(|height| fraction * height).collect();
     // What a standing tool removes is fixed: the rest is asked of the segments.
+    let landing_time = task.standing.iter().map(|s| s.seconds).fold(0.0, f64::max);
     let (x, y): (Vec<f64>, Vec<f64>) =
         task.standing.iter().map(|s| (task.path.points.x[s.point], task.path.points.y[s.point])).unzip();
     let seconds: Vec<f64> = task.standing.iter().map(|s| s.seconds).collect();
@@ -163,6 +164,9 @@ pub fn solve(task: Task, warnings: &mut Vec<Problem>) -> Result<Outcome, Problem
         at_bounds,
         at_least,
         overrun: ends.least_overrun,
+        landings: ends.landings,
+        landing_time,
+        landing_depth: if ends.landings > 0 { landing_time * footprint.peak() } else { 0.0 },
         iterations,
         rounds,
         solver_rms,

@@ -8,6 +8,10 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Path {
     raster(Raster),
+    spiral(Spiral),
+    rings(Rings),
+    hilbert(Hilbert),
+    pseudo_random(PseudoRandom),
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -53,6 +57,90 @@ pub struct Cross {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum OnOff {
     on,
+}
+
+/// Archimedes' spiral: the distance from the centre grows by `line_pitch` in a turn.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Spiral {
+    /// A circle or an annulus.
+    pub over: Aperture,
+    pub point_step: Length,
+    pub line_pitch: Length,
+    pub start: Start,
+    pub hand: Hand,
+    /// Where the outer end lies, from the centre of `over`, from +x towards +y of the part.
+    pub direction: Angle,
+    pub chord_error: Length,
+    pub holes: Option<Crossing>,
+    pub landing: Option<Landing>,
+    pub passes: Option<Vec<Pass>>,
+}
+
+/// Circles about one centre, joined to one line.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Rings {
+    /// A circle or an annulus.
+    pub over: Aperture,
+    pub point_step: Length,
+    pub line_pitch: Length,
+    pub start: Start,
+    pub hand: Hand,
+    /// Where the tool goes over from ring to ring, from the centre of `over`, from +x towards +y of the part.
+    pub direction: Angle,
+    pub chord_error: Length,
+    pub holes: Option<Crossing>,
+    pub landing: Option<Landing>,
+    pub passes: Option<Vec<Pass>>,
+}
+
+/// At which end of a round path the tool begins.
+#[allow(non_camel_case_types, reason = "symbols are spelt as in the job")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Start {
+    outside,
+    inside,
+}
+
+/// Which way round, seen from the tool side.
+#[allow(non_camel_case_types, reason = "symbols are spelt as in the job")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Hand {
+    clockwise,
+    anticlockwise,
+}
+
+/// Hilbert's curve on squares of side `line_pitch`, as far as it lies in `over`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Hilbert {
+    pub over: Aperture,
+    pub point_step: Length,
+    pub line_pitch: Length,
+    /// Of the squares' sides, from +x towards +y of the part.
+    pub direction: Angle,
+    pub chord_error: Length,
+    pub holes: Option<Crossing>,
+    pub landing: Option<Landing>,
+    pub passes: Option<Vec<Pass>>,
+}
+
+/// One line around a random tree on squares of side `line_pitch`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PseudoRandom {
+    pub over: Aperture,
+    pub point_step: Length,
+    pub line_pitch: Length,
+    /// Which of all trees: the same seed gives the same path.
+    pub seed: i64,
+    /// Of the squares' sides, from +x towards +y of the part.
+    pub direction: Angle,
+    pub chord_error: Length,
+    pub holes: Option<Crossing>,
+    pub landing: Option<Landing>,
+    pub passes: Option<Vec<Pass>>,
 }
 
 /// How the tool comes down onto the glass at the start of a run and leaves it at the end, along the normal.

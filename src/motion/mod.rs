@@ -116,6 +116,9 @@ pub struct Run {
     /// Tool pose in the object frame above the last point, and its joints.
     pub retract: ToolPose,
     pub retract_joints: Joints,
+    /// Of the way up to `retract`, m/s, as the target can write it: the landing's where the path lands on the part, else the
+    /// travel speed.
+    pub retract_speed: f64,
 }
 
 /// Position (metres) and unit quaternion [w, x, y, z] of the tool frame in the object frame.

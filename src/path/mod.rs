@@ -10,8 +10,14 @@
 
 pub mod chord;
 pub mod ends;
+mod hilbert;
 pub mod landing;
+mod lattice;
+mod pseudo_random;
 mod raster;
+mod rings;
+mod round;
+mod spiral;
 
 use crate::diagnostics::{Problem, codes};
 use crate::job::{self, Aperture, Crossing, Landing, Pass};
@@ -153,6 +159,10 @@ impl job::Path {
     pub fn strategy(&self) -> &dyn Strategy {
         match self {
             job::Path::raster(raster) => raster,
+            job::Path::spiral(spiral) => spiral,
+            job::Path::rings(rings) => rings,
+            job::Path::hilbert(hilbert) => hilbert,
+            job::Path::pseudo_random(random) => random,
         }
     }
 
@@ -247,8 +257,18 @@ fn positive(fields: &[(&str, f64)]) -> Result<(), Problem> {
     Ok(())
 }
 
+/// E0641 if a path of about so many points is more than there may be, before any is made.
+fn few_enough(points: f64, setting: &Setting) -> Result<(), Problem> {
+    if points <= setting.most_points as f64 {
+        return Ok(());
+    }
+    let message = format!("the path has about {points:.0} points; the limit is {}", setting.most_points);
+    Err(Problem::error(codes::E0641, "path", message)
+        .help("widen `line_pitch` or `point_step`, or raise the controller's `most_points`"))
+}
+
 #[cfg(test)]
-pub mod examples;
+mod examples;
 
 #[cfg(test)]
 mod tests {
