@@ -104,7 +104,9 @@ pub fn check(
             help = if deep { land.to_string() } else { format!("{help}, or {land}") };
         }
         return Err(Problem::error(codes::E0644, "path.over", message)
-            .note("a standing tool removes most of all; every line must start and end off the part, or say how it lands")
+            .note(
+                "a standing tool removes most of all; every line must start and end off the part, or say how it lands",
+            )
             .help(help));
     }
     Ok(LineEnds { least_overrun: least_overrun.min(landed), full_feed_overrun, landings })
