@@ -137,7 +137,7 @@ mod tests {
         let place = |(x, y): (i32, i32)| Place { x: Length(f64::from(x) * 1e-3), y: Length(f64::from(y) * 1e-3) };
         let notched = Aperture::polygon(Polygon { vertices: corners.map(place).to_vec() });
         let ring =
-            Aperture::annulus(Annulus { outer_diameter: Length(0.03), inner_diameter: Length(0.01), centre: None });
+            Aperture::annulus(Annulus { outer_diameter: Length(0.03), inner_diameter: Length(0.006), centre: None });
         for over in [circle(30.0), notched, ring] {
             let path = planned(&hilbert(over.clone(), 0.35, 1.0));
             assert!(!crosses(&path));
@@ -146,7 +146,7 @@ mod tests {
             // No place farther from the line than a corner cut short: √2 p - p/2; pieces of one square are left out at the rim.
             let farthest = farthest(&path, |x, y| over.distance(x, y) > 1.5e-3);
             assert!(farthest <= 0.915e-3, "{farthest}");
-            let uneven = unevenness(&path, 1.5e-3, |x, y| over.distance(x, y) > 6e-3);
+            let uneven = unevenness(&path, 1.2e-3, |x, y| over.distance(x, y) > 5.5e-3);
             assert!(uneven < 0.25, "{uneven}");
         }
     }

@@ -281,7 +281,7 @@ mod tests {
     }
 
     fn ring() -> Aperture {
-        Aperture::annulus(Annulus { outer_diameter: Length(0.03), inner_diameter: Length(0.01), centre: None })
+        Aperture::annulus(Annulus { outer_diameter: Length(0.03), inner_diameter: Length(0.006), centre: None })
     }
 
     fn notched() -> Aperture {
@@ -312,8 +312,9 @@ mod tests {
             // width and its distance to the rim.
             let farthest = farthest(&path, |x, y| over.distance(x, y) > 4e-3);
             prop_assert!(farthest <= 0.915e-3, "{}", farthest);
-            let uneven = unevenness(&path, 1.5e-3, |x, y| over.distance(x, y) > 7e-3);
-            prop_assert!(uneven < 0.3, "{}", uneven);
+            // An independent writing of the construction, in NumPy, gave 0.13 to 0.18 at this width.
+            let uneven = unevenness(&path, 1.2e-3, |x, y| over.distance(x, y) > 5.5e-3);
+            prop_assert!(uneven < 0.25, "{}", uneven);
             // And the start lies where the end does, at the rim.
             let ends = [0, path.points.len() - 1].map(|i| libm::hypot(path.points.x[i], path.points.y[i]));
             prop_assert!(ends.iter().all(|r| *r > 11e-3), "{:?}", ends);
