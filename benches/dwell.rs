@@ -13,9 +13,10 @@ use polishc::dwell::solver::STOP;
 use polishc::dwell::{Footprint, SpeedSteps, Task, pareto, predict, solve};
 use polishc::height_map::Grid;
 use polishc::job::{
-    self, Annulus, Aperture, Circle, Corrective, Empty, FreePiston, LeastTime, Lines, Piston, Plane, Raster,
+    self, Annulus, Aperture, Circle, Corrective, Cross, Crossing, Empty, FreePiston, LeastTime, Lines, OnOff, Path,
+    Piston, Plane, Raster,
 };
-use polishc::path::{ToolPath, raster};
+use polishc::path::{self, Setting, ToolPath};
 use polishc::tool::InfluenceFunction;
 use polishc::units::si::{Acceleration, Angle, Length, Range, Speed};
 use realfft::RealFftPlanner;
@@ -75,9 +76,20 @@ fn lines(over: f64, step: f64, pitch: f64) -> ToolPath {
         direction: Angle(0.0),
         lines: Lines::serpentine,
         chord_error: mm(0.01),
-        holes: None,
+        holes: Some(Crossing::cross(Cross { process: OnOff::on })),
+        landing: None,
+        passes: None,
     };
-    raster::plan(&raster, &Plane {}, 2_000_000).expect("a path")
+    let part = circle(over - 30.0);
+    let setting = Setting {
+        edge: &part,
+        clear: &part,
+        surface: &Plane {},
+        most_points: 2_000_000,
+        line_points: usize::MAX,
+        measured: None,
+    };
+    path::plan(&Path::raster(raster), &setting).expect("a path")
 }
 
 fn example() -> Example {
@@ -114,6 +126,7 @@ fn task(example: &Example) -> Task<'_> {
         path: example.path.clone(),
         standing: Vec::new(),
         line_pitch: example.pitch,
+        passes: 1,
         error: &example.error,
         clear: &example.clear,
         edge: &example.edge,

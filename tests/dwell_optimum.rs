@@ -11,7 +11,7 @@ use polishc::dwell::objective::Base;
 use polishc::dwell::removal::{Samples, Window, deposit};
 use polishc::dwell::solver::{Aim, Solved, Solver};
 use polishc::dwell::speed::{Limits, Segments};
-use polishc::path::{Line, Link, Points, ToolPath};
+use polishc::path::{Line, Link, ToolPath};
 use polishc::tool::InfluenceFunction;
 use std::f64::consts::TAU;
 
@@ -57,7 +57,7 @@ struct Case {
 }
 
 fn case() -> Case {
-    let mut path = ToolPath { points: Points::default(), lines: Vec::new() };
+    let mut path = ToolPath::default();
     for line in 0..9 {
         let start = path.points.len();
         for i in 0..25 {

@@ -4,6 +4,7 @@
 //! with its reach, its volume and its width, which is all that the removal operators ask of a tool.
 
 use crate::tool::{Azimuth, InfluenceFunction, part_to_tool};
+use rayon::prelude::*;
 
 /// Removal rate around the contact point, in the axes of the part. Positive takes glass away.
 ///
@@ -77,6 +78,17 @@ impl<'a> Footprint<'a> {
         let mut weights = vec![0.0; self.parts()];
         self.weights(from[0], from[1], &mut weights);
         weights.iter().enumerate().map(|(part, weight)| weight * self.rate_of(part, dx, dy)).sum()
+    }
+
+    /// The greatest rate, m/s, on a grid of a sixteenth of a sigma about the contact point.
+    pub fn peak(&self) -> f64 {
+        let step = self.sigma / 16.0;
+        let half = (self.radius / step).ceil() as i64;
+        let at = |k: i64| k as f64 * step;
+        (-half..=half)
+            .into_par_iter()
+            .map(|row| (-half..=half).map(|column| self.rate(at(column), at(row))).fold(0.0, f64::max))
+            .reduce(|| 0.0, f64::max)
     }
 
     /// The part's x and y axis as the tool carries them along into the tangent plane over the outward unit normal

@@ -36,4 +36,4 @@ pub use outcome::{Figures, Outcome, predict};
 pub use pareto::{Choice, pareto};
 pub use plan::{Task, solve};
 pub use steps::{SpeedSteps, decimals_of};
-pub use timed::{Standing, TimedPath};
+pub use timed::{Standing, TimedPath, standing, written};

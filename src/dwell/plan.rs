@@ -19,7 +19,8 @@ use super::timed::{Standing, TimedPath};
 use crate::diagnostics::Problem;
 use crate::height_map::Grid;
 use crate::job::{self, Aperture, Corrective};
-use crate::path::{self, ToolPath};
+use crate::path::ToolPath;
+use crate::path::ends::{self, LineEnds};
 use crate::tool::InfluenceFunction;
 use crate::workpiece::form::Surface;
 
@@ -28,8 +29,10 @@ pub struct Task<'a> {
     pub path: ToolPath,
     /// Where the tool stands on the glass beside its way along the lines, and what that removes whatever the speeds are.
     pub standing: Vec<Standing>,
-    /// Distance of neighbouring lines.
+    /// Distance of neighbouring lines of one pass.
     pub line_pitch: f64,
+    /// How often the path goes over its area.
+    pub passes: usize,
     /// Form error in the part frame, positive where glass stands too high; no NaN inside `clear`.
     pub error: &'a Grid,
     pub clear: &'a Aperture,
@@ -66,8 +69,9 @@ pub(super) struct Prepared<'a> {
     pub start: Start,
     /// Depth that the path loses at the greatest feed.
     floor: f64,
-    /// Least distance of a standing tool from the part's edge.
-    overrun: f64,
+    ends: LineEnds,
+    /// How long a landing counts as standing.
+    landing_time: f64,
 }
 
 /// The run, and its operator.
@@ -76,7 +80,7 @@ pub(super) fn prepare<'a>(task: &Task<'a>, warnings: &mut Vec<Problem>) -> Resul
     let limits = limits(dwell, task.speed_steps)?;
     let mut footprint = Footprint::of(task.influence, task.azimuth);
     footprint.standoff = task.standoff;
-    let ends = path::ends::check(&task.path, task.edge, footprint.radius, limits.greatest, limits.acceleration)?;
+    let ends = ends::check(&task.path, task.edge, footprint.radius, limits.greatest, limits.acceleration)?;
     let segments = Segments::new(&task.path, task.standoff);
     check_start(&segments, &limits)?;
     check_corners(&task.path, &segments, &limits, task.speed_steps)?;
@@ -85,7 +89,7 @@ pub(super) fn prepare<'a>(task: &Task<'a>, warnings: &mut Vec<Problem>) -> Resul
     // On a slope pixels and lines lie farther apart on the glass than across the axis.
     let steepest = steepest(task.surface, &field);
     check_resolution(&field, &footprint, task.line_pitch, steepest, warnings)?;
-    let floor = floor_depth(footprint.volume_rate, limits.greatest, task.line_pitch);
+    let floor = task.passes as f64 * floor_depth(footprint.volume_rate, limits.greatest, task.line_pitch);
     let fraction = dwell.removal_fraction;
     let base = check_base(&dwell.piston, fraction * field.greatest(), floor, &footprint, &limits)?;
 
@@ -99,6 +103,7 @@ pub(super) fn prepare<'a>(task: &Task<'a>, warnings: &mut Vec<Problem>) -> Resul
     }
     let asked: Vec<f64> = coarse.values.iter().map(|height| fraction * height).collect();
     // What a standing tool removes is fixed: the rest is asked of the segments.
+    let landing_time = task.standing.iter().map(|s| s.seconds).fold(0.0, f64::max);
     let (x, y): (Vec<f64>, Vec<f64>) =
         task.standing.iter().map(|s| (task.path.points.x[s.point], task.path.points.y[s.point])).unzip();
     let seconds: Vec<f64> = task.standing.iter().map(|s| s.seconds).collect();
@@ -114,7 +119,6 @@ pub(super) fn prepare<'a>(task: &Task<'a>, warnings: &mut Vec<Problem>) -> Resul
         *upper = upper.max(*lower);
     }
     let start = start(&mut operator, &coarse, &segments, &depths, base)?;
-    let overrun = ends.least_overrun;
     let run = Prepared {
         limits,
         footprint,
@@ -129,7 +133,8 @@ pub(super) fn prepare<'a>(task: &Task<'a>, warnings: &mut Vec<Problem>) -> Resul
         upper,
         start,
         floor,
-        overrun,
+        ends,
+        landing_time,
     };
     Ok((run, operator))
 }
@@ -226,7 +231,10 @@ impl Prepared<'_> {
             greatest_speed: speed_of(f64::max, 0.0),
             at_bounds: part(&|i| least(i) || speeds[i] > self.fastest[i] - steps.step(speeds[i])),
             at_least: part(&least),
-            overrun: self.overrun,
+            overrun: self.ends.least_overrun,
+            landings: self.ends.landings,
+            landing_time: self.landing_time,
+            landing_depth: if self.ends.landings > 0 { self.landing_time * self.footprint.peak() } else { 0.0 },
             ..predicted
         }
     }

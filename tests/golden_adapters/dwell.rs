@@ -6,8 +6,8 @@ use polishc::dwell::largest;
 use polishc::dwell::objective::{self, Base, Objective, Wanted};
 use polishc::dwell::removal::{self, Removal, Samples, Spread, Window};
 use polishc::dwell::{Footprint, floor_depth};
-use polishc::job::{Aperture, Circle, Lines, Plane, Raster};
-use polishc::path::raster;
+use polishc::job::{Aperture, Circle, Lines, Path, Plane, Raster};
+use polishc::path::{self, Setting};
 use polishc::tool::InfluenceFunction;
 use polishc::units::si::{Angle, Length};
 use serde_json::{Value, json};
@@ -45,8 +45,19 @@ fn raster_count(input: &Value) -> Result<Value, String> {
         lines: Lines::serpentine,
         chord_error: Length(1e-5),
         holes: None,
+        landing: None,
+        passes: None,
     };
-    let path = raster::plan(&raster, &Plane {}, 10_000_000).map_err(|p| p.message)?;
+    let over = raster.over.clone();
+    let setting = Setting {
+        edge: &over,
+        clear: &over,
+        surface: &Plane {},
+        most_points: 10_000_000,
+        line_points: usize::MAX,
+        measured: None,
+    };
+    let path = path::plan(&Path::raster(raster), &setting).map_err(|p| p.message)?;
     Ok(json!({ "points": path.points.len(), "lines": path.lines.len() }))
 }
 
