@@ -76,7 +76,7 @@ fn lines(over: f64, step: f64, pitch: f64) -> ToolPath {
         direction: Angle(0.0),
         lines: Lines::serpentine,
         chord_error: mm(0.01),
-        holes: Some(Crossing::cross(Cross { process: OnOff::on })),
+        holes: None,
         landing: None,
         passes: None,
     };

@@ -206,7 +206,7 @@ fn the_least_time_is_within_a_hundredth_of_the_cone_program() {
         let time: f64 = found.times.iter().sum();
         assert!(found.figures.rms <= rms * (1.0 + 1e-9), "{factor}: {} {rms}", found.figures.rms);
         assert!(time >= optimum * (1.0 - 1e-4) && time <= 1.01 * optimum, "{factor}: {time} {optimum}");
-        assert!(time < best.times.iter().sum());
+        assert!(time < best.times.iter().sum::<f64>());
     }
 }
 
