@@ -13,8 +13,7 @@ use polishc::dwell::solver::STOP;
 use polishc::dwell::{Footprint, SpeedSteps, Task, pareto, predict, solve};
 use polishc::height_map::Grid;
 use polishc::job::{
-    self, Annulus, Aperture, Circle, Corrective, Cross, Crossing, Empty, FreePiston, LeastTime, Lines, OnOff, Path,
-    Piston, Plane, Raster,
+    self, Annulus, Aperture, Circle, Corrective, Empty, FreePiston, LeastTime, Lines, Path, Piston, Plane, Raster,
 };
 use polishc::path::{self, Setting, ToolPath};
 use polishc::tool::InfluenceFunction;
