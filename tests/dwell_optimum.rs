@@ -145,23 +145,24 @@ impl Case {
         solver.solution.x.clone()
     }
 
-    /// The least largest |H t - b - c|, by linear programming, nm.
-    fn least_largest(&self, free: bool) -> f64 {
+    /// The least largest |H t - b - c|, by linear programming, nm; c at most `base`, or just that if it is fixed.
+    fn least_largest(&self, base: f64, fixed: bool) -> f64 {
         let n = self.operator.unknowns;
         let mut rows = Vec::new();
         for (i, wanted) in self.wanted.iter().enumerate() {
             for sign in [1.0, -1.0] {
                 // sign (H t - b - c) <= e.
                 let mut row: Vec<f64> = self.operator.row(i).iter().map(|h| sign * h * 1e9).collect();
-                row.extend([-1.0, if free { -sign } else { 0.0 }]);
+                row.extend([-1.0, -sign]);
                 rows.push((row, sign * wanted * 1e9));
             }
         }
-        if !free {
-            // The layer that nothing else holds.
-            let mut row = vec![0.0; n + 2];
-            row[n + 1] = 1.0;
-            rows.extend([(row.clone(), 0.0), (row.iter().map(|r| -r).collect(), 0.0)]);
+        for (sign, used) in [(1.0, true), (-1.0, fixed)] {
+            if used {
+                let mut row = vec![0.0; n + 2];
+                row[n + 1] = sign;
+                rows.push((row, sign * base));
+            }
         }
         let mut cost = vec![0.0; n + 2];
         cost[n] = 1.0;
@@ -184,8 +185,9 @@ impl Case {
 #[test]
 fn the_largest_residual_is_within_a_hundredth_of_the_linear_program() {
     let mut case = case();
-    for (base, free) in [(Base::Fixed(0.0), false), (Base::AtMost(f64::INFINITY), true)] {
-        let optimum = case.least_largest(free);
+    // With a deeper layer the residual falls below a hundredth of what is removed, where neither number means anything.
+    for (base, depth, fixed) in [(Base::Fixed(0.0), 0.0, true), (Base::AtMost(5e-9), 5.0, false)] {
+        let optimum = case.least_largest(depth, fixed);
         let found = case.solve(base, Aim::Pv, FAST).figures;
         let squares = case.solve(base, Aim::Rms, FAST).figures;
         assert!(found.largest * 1e9 >= optimum * (1.0 - 1e-6), "{} {optimum}", found.largest * 1e9);

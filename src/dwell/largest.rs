@@ -14,7 +14,7 @@ use super::objective::{Base, Objective, Wanted};
 pub const SHARPENING: [f64; 5] = [5.0, 20.0, 80.0, 300.0, 1000.0];
 
 /// What the largest residual may grow by in the second stage: the sharpening ends as near to its own optimum.
-const SLACK: f64 = 0.005;
+const SLACK: f64 = 0.003;
 
 /// Of the squares beyond the largest residual in the second stage: as stiff as leaves the descent a way.
 const STIFFNESS: f64 = 3e4;
@@ -34,8 +34,8 @@ pub fn minimise(
             break;
         }
         let objective = Objective::Largest { sharpness: sharpening / largest };
-        // The stand-in changes by its height itself, not by its square: a thousandth of it, in ten steps.
-        let stop = Stop { relative_decrease: 0.05 * stop.relative_decrease, elsewhere: 0.0, value: 0.0, ..stop };
+        // The stand-in changes by its height itself, not by its square, and what is left to gain is a few thousandths of it.
+        let stop = Stop { relative_decrease: 0.0125 * stop.relative_decrease, elsewhere: 0.0, value: 0.0, ..stop };
         let found = descent::descend(operator, &Wanted { objective, price: 0.0, ..*wanted }, domain, stop);
         (iterations, ended) = (iterations + found.iterations, found.ended);
     }
