@@ -247,7 +247,7 @@ fn x3p_with_all_types_of_numbers() {
     // One row is a profile.
     let line = X3p { size: (6, 1, 1), ..X3p::small() };
     let found = profile(&line.bytes());
-    assert_eq!((found.heights.len(), found.positions[5]), (6, 2.5e-6));
+    assert!(found.heights.len() == 6 && (found.positions[5] - 2.5e-6).abs() < 1e-18);
 }
 
 #[test]
@@ -282,7 +282,7 @@ fn x3p_that_is_not_read() {
     );
     refused(&replaced("<p:ISO5436_2", "<!DOCTYPE x [<!ENTITY a \"b\">]><p:ISO5436_2"), "E0518", "document type");
     refused(&replaced("<SizeX>3", "<SizeX>&a;"), "E0518", "entities of its own");
-    refused(&with(&|main: String| main[..main.len() - 20].to_string()), "E0503", "ends too soon");
+    refused(&with(&|main: String| main.replace("</p:ISO5436_2>", "")), "E0503", "ends too soon");
     refused(&with(&|_| "<a>".repeat(100_000)), "E0518", "without end");
     refused(&with(&|_| "not xml <".to_string()), "E0518", "no XML");
 }
