@@ -9,7 +9,7 @@ use polishc::dwell::{Footprint, SpeedSteps, Task, predict, solve};
 use polishc::height_map::Grid;
 use polishc::job::{Annulus, Aperture, Circle, Corrective, FreePiston, Lines, Piston, Plane, Raster};
 use polishc::path::{ToolPath, raster};
-use polishc::tool::InfluenceFunction;
+use polishc::tool::{InfluenceField, InfluenceFunction};
 use polishc::units::si::{Acceleration, Angle, Length, Range, Speed};
 use realfft::RealFftPlanner;
 
@@ -26,7 +26,7 @@ struct Example {
     error: Grid,
     clear: Aperture,
     edge: Aperture,
-    influence: InfluenceFunction,
+    influence: InfluenceField,
     dwell: Corrective,
 }
 
@@ -56,7 +56,7 @@ fn example() -> Example {
         error,
         clear: ring(323.0, 70.0),
         edge: ring(340.0, 60.0),
-        influence: InfluenceFunction::gaussian(30e-9, 4e-3, 16e-3).expect("an influence function"),
+        influence: InfluenceFunction::gaussian(30e-9, 4e-3, 16e-3).expect("an influence function").into(),
         dwell: Corrective {
             removal_fraction: 0.8,
             piston: Piston::free(FreePiston { at_most: None }),
@@ -97,7 +97,7 @@ fn whole_pass(bencher: divan::Bencher) {
 fn prediction(bencher: divan::Bencher) {
     let example = example();
     let outcome = solve(task(&example), &mut Vec::new()).expect("a solved run");
-    let footprint = Footprint::of(&example.influence, 0.0);
+    let footprint = Footprint::of(&example.influence.parts[0], 0.0);
     bencher.bench_local(|| {
         predict(outcome.timed.clone(), &footprint, &Plane {}, &example.error, &example.clear, &example.dwell)
             .expect("a prediction")
@@ -108,7 +108,7 @@ fn prediction(bencher: divan::Bencher) {
 #[divan::bench]
 fn operator_pair(bencher: divan::Bencher) {
     let example = example();
-    let footprint = Footprint::of(&example.influence, 0.0);
+    let footprint = Footprint::of(&example.influence.parts[0], 0.0);
     let samples = Samples::segments(&example.path, footprint.sigma / 2.0);
     let mut operator = Removal::new(&samples, &footprint, window());
     let mut times = vec![0.1; operator.unknowns()];

@@ -21,7 +21,7 @@ use crate::source::{FileProvider, Sources, Span};
 use crate::syntax;
 use crate::syntax::ast::Allow;
 use crate::target::{self, Program};
-use crate::tool::{self, InfluenceFunction};
+use crate::tool::{self, InfluenceField};
 use crate::verify::{self, Verified};
 use crate::workpiece;
 use crate::workpiece::form::{self, Surface};
@@ -235,8 +235,7 @@ impl Passes<'_> {
             if problems.iter().any(|p| p.severity == Severity::Error) { Err(problems) } else { Ok(problems) }
         };
         let mut odd = refuse(workpiece::check(&job.workpiece))?;
-        odd.extend(refuse(tool::check(&job.tool))?);
-        odd.extend(refuse(tool::check_centre_point(&job.tool, job.robot.as_ref()).into_iter().collect())?);
+        odd.extend(refuse(tool::check(&job.tool, job.robot.as_ref()))?);
         odd.extend(refuse(output_checks(&job, until))?);
         self.said.extend(odd);
 
@@ -249,7 +248,7 @@ impl Passes<'_> {
         refuse(workpiece::check_surface(&job.workpiece, surface).into_iter().collect())?;
         let tool_path = path::plan(&job.path, &job.workpiece, surface, most_points).map_err(one)?;
         let places = (0..tool_path.points.len()).map(|i| [tool_path.points.x[i], tool_path.points.y[i]]);
-        refuse(tool::check_fit(&job.tool, surface, places).into_iter().collect())?;
+        self.said.extend(refuse(tool::check_fit(&job.tool, surface, places).into_iter().collect())?);
         let job::Path::raster(raster) = &job.path;
         path::chord::check(&tool_path, surface, raster.chord_error.0).map_err(one)?;
         if until == Until::Path {
@@ -259,8 +258,7 @@ impl Passes<'_> {
 
         self.watch.pass("metrology");
         let error_map = metrology::error_map(&job.workpiece, self.files, self.said).map_err(one)?;
-        let job::Tool::mrf_wheel(wheel) = &job.tool;
-        let influence = InfluenceFunction::new(&wheel.influence, self.files, self.said).map_err(one)?;
+        let influence = InfluenceField::new(&job.tool, &job.workpiece, self.files, self.said).map_err(one)?;
 
         self.watch.pass("dwell");
         let job::Dwell::corrective(corrective) = &job.dwell;
@@ -301,7 +299,7 @@ impl Passes<'_> {
         let request = motion::Request {
             standoff: job.tool.standoff(),
             azimuth: job.tool.azimuth(),
-            tool_radius: wheel.diameter.0 / 2.0,
+            tool_ball: job.tool.ball(),
             part: [bounds.min, bounds.max],
             acceleration: corrective.acceleration.0,
             purpose: self.request.purpose,
@@ -452,14 +450,9 @@ impl Planned {
         // stdlib belongs to the compiler, whose version is stated; values of `--set` stand in no file.
         let texts = sources.iter().filter(|(_, name, _)| !name.starts_with(['<', '-']));
         let job::FormError::height_map(map) = &self.job.workpiece.error;
-        let job::Tool::mrf_wheel(wheel) = &self.job.tool;
-        let spot = match &wheel.influence {
-            job::Influence::gaussian(_) => None,
-            job::Influence::measured(spot) => Some(spot.file.as_str()),
-        };
         let data = std::iter::once(map.file.as_str())
             .chain(self.job.workpiece.form.files())
-            .chain(spot)
+            .chain(self.job.tool.influence().files())
             .filter_map(|path| Some(input(path, &files.read(path, height_map::MOST_BYTES).ok()?)));
         texts.map(|(_, name, text)| input(name, text.as_bytes())).chain(data).collect()
     }

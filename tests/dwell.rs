@@ -9,7 +9,7 @@ use polishc::dwell::{Footprint, Outcome, SegmentTimes, SpeedSteps, Task, check_s
 use polishc::height_map::Grid;
 use polishc::job::*;
 use polishc::path::{ToolPath, raster};
-use polishc::tool::InfluenceFunction;
+use polishc::tool::{InfluenceField, InfluenceFunction};
 use polishc::units::si::*;
 
 const SIGMA: f64 = 2e-3;
@@ -25,7 +25,7 @@ struct Run {
     error: Grid,
     clear: Aperture,
     edge: Aperture,
-    influence: InfluenceFunction,
+    influence: InfluenceField,
     dwell: Corrective,
 }
 
@@ -60,7 +60,7 @@ fn run(error: Grid) -> Run {
         error,
         clear: circle(35.9e-3),
         edge: circle(40e-3),
-        influence: InfluenceFunction::gaussian(20e-9, SIGMA, 12e-3).expect("positive numbers"),
+        influence: InfluenceFunction::gaussian(20e-9, SIGMA, 12e-3).expect("positive numbers").into(),
         dwell: Corrective {
             removal_fraction: 1.0,
             piston: Piston::free(FreePiston { at_most: None }),
@@ -161,14 +161,14 @@ fn prediction_agrees_with_the_definition() {
     // From the emitted speeds, by the plain sum over segments and pixels of the true rate. The spot runs out to 4 sigma,
     // where the cut is 3e-4 of the peak: with a step of 1 % there, the definition itself would hang on single pixels.
     let influence = InfluenceFunction::gaussian(20e-9, SIGMA, 16e-3).expect("positive numbers");
-    let run = Run { influence, over: 60e-3, ..run(map(0.4e-3, bump)) };
+    let run = Run { influence: influence.into(), over: 60e-3, ..run(map(0.4e-3, bump)) };
     let mut run = run;
     run.dwell.acceleration = Acceleration(1e4);
     let outcome = run.good();
     let segments = Segments::new(&outcome.timed.path, 0.0);
     let speeds: Vec<f64> = segments.point.iter().map(|&p| outcome.timed.speed[p]).collect();
     let seconds = times(&speeds, &segments, &run.limits());
-    let footprint = Footprint::of(&run.influence, 0.0);
+    let footprint = Footprint::of(&run.influence.parts[0], 0.0);
     let window = Window::of(&run.error);
     let exact = deposit(&Samples::segments(&outcome.timed.path, footprint.sigma / 2.0), &seconds, &footprint, &window);
     let mut inside = 0;
@@ -184,7 +184,7 @@ fn prediction_agrees_with_the_definition() {
 fn predicting_again_gives_the_same() {
     let run = run(map(0.4e-3, bump));
     let outcome = run.good();
-    let footprint = Footprint::of(&run.influence, 0.0);
+    let footprint = Footprint::of(&run.influence.parts[0], 0.0);
     let again = predict(outcome.timed.clone(), &footprint, &Plane {}, &run.error, &run.clear, &run.dwell)
         .expect("a prediction");
     let bits = |grid: &Grid| grid.values.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
@@ -314,8 +314,8 @@ fn an_off_centre_spot_is_led_the_other_way() {
         origin: Origin::frame_centre(Empty {}),
         radius: Length(9e-3),
     };
-    let influence = InfluenceFunction::new(&Influence::measured(measured), &files, &mut Vec::new()).expect("a spot");
-    let run = Run { influence, over: 64e-3, ..run(map(0.4e-3, bump)) };
+    let influence = InfluenceFunction::measured(&measured, &files, &mut Vec::new()).expect("a spot");
+    let run = Run { influence: influence.into(), over: 64e-3, ..run(map(0.4e-3, bump)) };
     let mut warnings = Vec::new();
     for (azimuth, shift) in [(0.0, [-2e-3, 0.0]), (std::f64::consts::FRAC_PI_2, [0.0, -2e-3])] {
         let task = Task {

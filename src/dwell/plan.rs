@@ -14,7 +14,7 @@ use crate::diagnostics::{Problem, codes};
 use crate::height_map::Grid;
 use crate::job::{Aperture, Corrective};
 use crate::path::{self, Link, ToolPath};
-use crate::tool::InfluenceFunction;
+use crate::tool::InfluenceField;
 use crate::workpiece::form::Surface;
 use rayon::prelude::*;
 
@@ -29,7 +29,7 @@ pub struct Task<'a> {
     pub edge: &'a Aperture,
     /// The nominal surface that the path lies on.
     pub surface: &'a dyn Surface,
-    pub influence: &'a InfluenceFunction,
+    pub influence: &'a InfluenceField,
     /// Direction of the tool's x axis on the part, radians.
     pub azimuth: f64,
     /// Distance of the tool centre point from the contact along the normal, metres.
@@ -113,7 +113,7 @@ const STOP: Stop =
 pub fn solve(task: Task, warnings: &mut Vec<Problem>) -> Result<Outcome, Problem> {
     let dwell = task.dwell;
     let limits = limits(dwell, task.speed_steps)?;
-    let mut footprint = Footprint::of(task.influence, task.azimuth);
+    let mut footprint = Footprint::of(&task.influence.parts[0], task.azimuth);
     footprint.standoff = task.standoff;
     let ends = path::ends::check(&task.path, task.edge, footprint.radius, limits.greatest, limits.acceleration)?;
     let segments = Segments::new(&task.path, task.standoff);

@@ -1,13 +1,14 @@
 //! The influence function: removal rate over the tool frame while the tool stands still.
 //!
-//! In: peak and width of a Gaussian, or a measured spot. Out: the rate at any place, its volume, its reach, and a
-//! sampled stamp in the part frame for convolution. Positive takes glass away.
+//! In: peak and width of a Gaussian, a measured spot, or the closed form of a tool. Out: the rate at any place, its volume,
+//! its reach, and a sampled stamp in the part frame for convolution. Positive takes glass away.
 
+use super::bonnet::Contact;
 use crate::diagnostics::{Problem, codes};
 use crate::height_map::Grid;
-use crate::job;
+use crate::job::Measured;
 use crate::source::FileProvider;
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 /// A place of the part relative to the tool centre point, turned into the tool frame. `azimuth` is the direction of the
 /// tool's x axis on the part, radians from +x towards +y. See the module [`tool`](crate::tool) for the sense of y.
@@ -34,20 +35,75 @@ enum Shape {
     },
     /// Rate in m/s over the tool frame; zero outside the picture.
     Measured(Grid),
+    /// The same all around.
+    Radial(Radial),
+    /// Of a bonnet.
+    Contact(Contact),
 }
 
+/// A profile over the distance from the middle, tabulated. Between two breaks the places are low + (high - low) sin²(πt/2)
+/// with even steps of t: they crowd at the breaks, where a profile may have kinks and square roots.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Radial {
+    /// In rising order.
+    breaks: Vec<f64>,
+    /// `STEPS` + 1 values for each piece between two breaks.
+    values: Vec<f64>,
+}
+
+/// Steps of a radial table between two breaks: linear interpolation of a cosine over them is wrong by 1e-6.
+const STEPS: usize = 1024;
+
+impl Radial {
+    pub fn new(breaks: &[f64], value: impl Fn(f64) -> f64) -> Radial {
+        let mut values = Vec::new();
+        for pair in breaks.windows(2) {
+            for k in 0..=STEPS {
+                let sine = libm::sin(0.5 * PI * k as f64 / STEPS as f64);
+                values.push(value(pair[0] + (pair[1] - pair[0]) * sine * sine));
+            }
+        }
+        Radial { breaks: breaks.to_vec(), values }
+    }
+
+    fn reach(&self) -> f64 {
+        self.breaks.last().copied().unwrap_or(0.0)
+    }
+
+    /// Zero inside the first break and beyond the last.
+    pub fn at(&self, s: f64) -> f64 {
+        let piece = self.breaks.partition_point(|b| *b <= s);
+        if piece == 0 || piece == self.breaks.len() {
+            return 0.0;
+        }
+        let (low, high) = (self.breaks[piece - 1], self.breaks[piece]);
+        let t = libm::asin((((s - low) / (high - low)).clamp(0.0, 1.0)).sqrt()) * 2.0 / PI * STEPS as f64;
+        let k = (t as usize).min(STEPS - 1);
+        let values = &self.values[(piece - 1) * (STEPS + 1) + k..];
+        values[0] + (t - k as f64) * (values[1] - values[0])
+    }
+
+    /// The distance beyond which the profile stays below half of its greatest value.
+    fn half_width(&self) -> f64 {
+        let greatest = self.values.iter().fold(0.0f64, |most, v| most.max(*v));
+        let steps = 4096;
+        let place = |k: usize| self.reach() * k as f64 / steps as f64;
+        (0..=steps).rev().map(place).find(|s| self.at(*s) >= 0.5 * greatest).unwrap_or(0.0)
+    }
+}
+
+/// Half width at half height of a Gaussian with sigma 1.
+const HALF_WIDTH_OF_GAUSSIAN: f64 = 1.177_410_022_515_474_7;
+
 impl InfluenceFunction {
-    /// The influence function that the job describes. `files` is asked only for a measured one. What is odd but usable is
-    /// said to `warnings`. Fields are `tool.influence.…`.
-    pub fn new(
-        influence: &job::Influence,
+    /// From measured spots. `files` gives their maps, what is odd but usable is said to `warnings`. Fields are
+    /// `tool.influence.…`; the errors are those of [`measured`](super::measured).
+    pub fn measured(
+        measured: &Measured,
         files: &dyn FileProvider,
         warnings: &mut Vec<Problem>,
     ) -> Result<InfluenceFunction, Problem> {
-        match influence {
-            job::Influence::gaussian(g) => InfluenceFunction::gaussian(g.peak.0, g.sigma.0, g.diameter.0),
-            job::Influence::measured(m) => super::measured::read(m, files, warnings),
-        }
+        super::measured::read(measured, files, warnings)
     }
 
     /// `peak * exp(-r²/2σ²)` for `r <= diameter/2`, zero outside; m/s, m, m. E0620 if one of them is not positive.
@@ -77,6 +133,19 @@ impl InfluenceFunction {
         InfluenceFunction { shape: Shape::Measured(rates), radius, volume_rate, sigma_scale }
     }
 
+    /// The same all around, with its volume rate. `sigma` is the root of its second moment along one axis; the width that
+    /// grids must resolve is that of a Gaussian as narrow as its half height, where this is less (a sharp middle on a wide
+    /// foot).
+    pub(super) fn of_radial(radial: Radial, volume_rate: f64, sigma: f64) -> InfluenceFunction {
+        let sigma_scale = sigma.min(radial.half_width() / HALF_WIDTH_OF_GAUSSIAN);
+        InfluenceFunction { radius: radial.reach(), shape: Shape::Radial(radial), volume_rate, sigma_scale }
+    }
+
+    /// Of a bonnet's contact, with its radius, volume rate and width.
+    pub(super) fn of_contact(contact: Contact, radius: f64, volume_rate: f64, sigma_scale: f64) -> InfluenceFunction {
+        InfluenceFunction { shape: Shape::Contact(contact), radius, volume_rate, sigma_scale }
+    }
+
     /// Removal rate at `(x, y)` of the tool frame, m/s.
     pub fn rate(&self, x: f64, y: f64) -> f64 {
         if x * x + y * y > self.radius * self.radius {
@@ -85,6 +154,8 @@ impl InfluenceFunction {
         match &self.shape {
             Shape::Gaussian { peak, sigma } => peak * libm::exp(-(x * x + y * y) / (2.0 * sigma * sigma)),
             Shape::Measured(grid) => grid.interpolate(x, y).unwrap_or(0.0),
+            Shape::Radial(radial) => radial.at(libm::hypot(x, y)),
+            Shape::Contact(contact) => contact.rate(x, y),
         }
     }
 

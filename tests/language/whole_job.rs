@@ -46,7 +46,7 @@ fn the_job_is_in_si_and_whole() {
     assert_eq!(map.centre, MapCentre::frame_centre(Empty {}));
     near(map.fill_below.expect("stated").0, 4e-6);
     assert_eq!(map.pixel, None);
-    let Tool::mrf_wheel(wheel) = &job.tool;
+    let Tool::mrf_wheel(wheel) = &job.tool else { panic!("a wheel") };
     near(wheel.speed.0, 2.0 * PI);
     near(wheel.gap.0, 0.001);
     near(wheel.azimuth.0, PI / 2.0);

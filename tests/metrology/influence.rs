@@ -110,7 +110,7 @@ fn measured() -> Measured {
 
 fn read(measured: &Measured, values: &[f64]) -> Result<InfluenceFunction, Problem> {
     let files = MemoryFiles(BTreeMap::from([("spot.npy".to_string(), npy::write(COLUMNS, values).unwrap())]));
-    InfluenceFunction::new(&job::Influence::measured(measured.clone()), &files, &mut Vec::new())
+    InfluenceFunction::measured(measured, &files, &mut Vec::new())
 }
 
 /// Bilinear reading of a curve with second derivative f'' is off by f'' h²/8 along each axis. The spot's steepest are
@@ -273,7 +273,7 @@ fn a_wheel_has_a_size_and_a_gap() {
             azimuth: polishc::units::si::Angle(0.5),
             influence: job::Influence::measured(measured()),
         });
-        let problems = polishc::tool::check(&tool);
+        let problems = polishc::tool::check(&tool, None);
         let said: Vec<(String, String)> =
             problems.into_iter().map(|p| (p.code.to_string(), p.field.unwrap())).collect();
         (tool.standoff(), tool.azimuth(), said)
