@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 const LAYERS: &[(&str, &[&str])] = &[
     ("source", &[]),
     ("units", &[]),
+    ("fourier", &[]),
     ("diagnostics", &["source"]),
     ("syntax", &["source", "diagnostics"]),
     ("job", &["source", "units"]),
@@ -17,14 +18,21 @@ const LAYERS: &[(&str, &[&str])] = &[
     ("doc", &["source", "units", "syntax", "check", "eval"]),
     ("height_map", &["source", "diagnostics", "job"]),
     ("workpiece", &["source", "units", "diagnostics", "job", "height_map"]),
-    ("metrology", &["source", "units", "diagnostics", "job", "height_map", "workpiece"]),
+    ("metrology", &["source", "units", "fourier", "diagnostics", "job", "height_map", "workpiece"]),
     ("tool", &["source", "units", "diagnostics", "job", "height_map", "workpiece", "metrology"]),
     ("path", &["units", "diagnostics", "job", "workpiece"]),
-    ("dwell", &["units", "diagnostics", "job", "height_map", "workpiece", "metrology", "tool", "path"]),
+    ("dwell", &["units", "fourier", "diagnostics", "job", "height_map", "workpiece", "metrology", "tool", "path"]),
+    (
+        "forecast",
+        &["units", "diagnostics", "job", "height_map", "workpiece", "metrology", "tool", "path", "dwell", "fourier"],
+    ),
     ("motion", &["units", "diagnostics", "job", "workpiece", "tool", "path", "dwell"]),
     ("target", &["units", "diagnostics", "job", "path", "dwell", "motion"]),
     ("verify", &["units", "diagnostics", "job", "workpiece", "path", "dwell", "motion", "target"]),
-    ("report", &["units", "diagnostics", "job", "eval", "metrology", "tool", "path", "dwell", "motion", "target"]),
+    (
+        "report",
+        &["units", "diagnostics", "job", "eval", "metrology", "tool", "path", "dwell", "forecast", "motion", "target"],
+    ),
 ];
 
 fn rust_files(folder: &Path) -> Vec<PathBuf> {
