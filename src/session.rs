@@ -267,7 +267,10 @@ impl Passes<'_> {
 
         self.watch.pass("metrology");
         let error_map = metrology::error_map(&job.workpiece, self.files, self.said).map_err(one)?;
-        let influence = InfluenceField::new(&job.tool, &job.workpiece, self.files, self.said).map_err(one)?;
+        let influence = InfluenceField::new(&job.tool, &job.workpiece, surface, self.files, self.said)?;
+        let places = (0..tool_path.points.len()).map(|i| [tool_path.points.x[i], tool_path.points.y[i]]);
+        let near_edge = influence.check_places(&job.tool, &job.workpiece, places);
+        self.said.extend(refuse(near_edge.into_iter().collect())?);
 
         self.watch.pass("dwell");
         let job::Dwell::corrective(corrective) = &job.dwell;
@@ -281,7 +284,7 @@ impl Passes<'_> {
             edge: &job.workpiece.edge,
             surface,
             influence: &influence,
-            azimuth: job.tool.azimuth(),
+            azimuth: influence.azimuth,
             standoff: job.tool.standoff(),
             dwell: corrective,
             speed_steps,
@@ -291,7 +294,10 @@ impl Passes<'_> {
         let clear = &job.workpiece.clear;
         self.planned.stock = Some(forecast::stock(&outcome.removal, clear, &job.workpiece.form, surface));
         if let Some(uncertainty) = &job.uncertainty {
-            let mut footprint = dwell::Footprint::of(&influence.parts[0], job.tool.azimuth());
+            // What the shop does not know of the gain, several spots say.
+            let spots = influence.spread.and_then(|spread| spread.volume);
+            let uncertainty = &job::Uncertainty { gain: uncertainty.gain.or(spots), ..uncertainty.clone() };
+            let mut footprint = dwell::Footprint::of(&influence.parts[0], influence.azimuth);
             footprint.standoff = job.tool.standoff();
             let run = forecast::Run { outcome: &outcome, footprint: &footprint, surface, clear, dwell: corrective };
             self.planned.expected = forecast::expect(uncertainty, &run).map_err(one)?;

@@ -338,19 +338,33 @@ fn an_off_centre_spot_is_led_the_other_way() {
     }
     let files = polishc::source::MemoryFiles([("spot.npy".to_string(), bytes)].into());
     let measured = Measured {
-        file: "spot.npy".into(),
-        dwell: Time(3.0),
+        spots: vec![polishc::job::Spot {
+            file: "spot.npy".into(),
+            before: None,
+            dwell: Time(3.0),
+            origin: Origin::frame_centre(Empty {}),
+            clock: None,
+        }],
         quantity: Quantity::surface,
         positive: Positive::low,
         view: View::from_tool_side,
         up: Direction::plus_x,
         pixel: Some(Length(0.3e-3)),
         unit: Some(Length(1.0)),
-        origin: Origin::frame_centre(Empty {}),
         radius: Length(9e-3),
+        turns_with: polishc::job::TurnsWith::tool,
+        flow_in_map: None,
+        taken: polishc::job::Conditions::mrf_conditions(polishc::job::MrfConditions {
+            diameter: Length(0.3),
+            speed: polishc::units::si::AngularSpeed(6.0),
+            rotation: polishc::job::WheelRotation::forward,
+            gap: Length(1e-3),
+            material: polishc::job::Material { name: "glass".into() },
+        }),
+        ageing: None,
     };
-    let influence = InfluenceFunction::measured(&measured, &files, &mut Vec::new()).expect("a spot");
-    let run = Run { influence: influence.into(), over: 64e-3, ..run(map(0.4e-3, bump)) };
+    let spots = polishc::tool::measured::read(&measured, "tool.influence", &files, &mut Vec::new()).expect("a spot");
+    let run = Run { influence: spots.function.into(), over: 64e-3, ..run(map(0.4e-3, bump)) };
     let mut warnings = Vec::new();
     for (azimuth, shift) in [(0.0, [-2e-3, 0.0]), (std::f64::consts::FRAC_PI_2, [0.0, -2e-3])] {
         let timed = solve(Task { azimuth, ..run.task() }, &mut warnings).expect("a solved run").timed;

@@ -1,6 +1,6 @@
 //! The tool and its influence function, as a job says them.
 
-use super::{Direction, Empty, PixelAt, Positive, Quantity, View};
+use super::{Direction, Empty, Material, PixelAt, Positive, Quantity, View};
 use crate::units::si::*;
 use serde::{Deserialize, Serialize};
 
@@ -155,6 +155,32 @@ pub enum Influence {
     measured(Measured),
     preston(Preston),
     bonnet_contact(BonnetContact),
+    set(Set),
+}
+
+/// Influence functions known at several places of the part, linear in between.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Set {
+    pub along: Along,
+    /// In rising order of `place`.
+    pub at: Vec<InfluenceAt>,
+}
+
+/// What the places of a set are counted along.
+#[allow(non_camel_case_types, reason = "symbols are spelt as in the job")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Along {
+    radius,
+    x,
+    y,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct InfluenceAt {
+    pub place: Length,
+    pub influence: Influence,
 }
 
 /// Preston's law: depth a time = coefficient * pressure * speed.
@@ -205,25 +231,113 @@ pub struct Gaussian {
     pub diameter: Length,
 }
 
-/// A measured map of the depth that one spot of known dwell removed, in the tool frame seen from the tool side.
+/// Measured maps of the depth that spots of known dwell removed, in the tool frame.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Measured {
-    pub file: String,
-    /// Time that the spot was polished.
-    pub dwell: Time,
+    pub spots: Vec<Spot>,
     pub quantity: Quantity,
     /// `high`: glass stands high where the value is positive, so a spot reads negative; `low`: removal reads positive.
     pub positive: Positive,
     pub view: View,
-    /// Axis of the *tool frame* that points up in the picture.
+    /// Axis of the *tool frame* that points up in the picture; of the part, for spots that do not turn with the tool.
     pub up: Direction,
     pub pixel: Option<Length>,
     pub unit: Option<Length>,
-    /// Where the tool centre point stood in the picture.
-    pub origin: Origin,
     /// Pixels farther than this from the origin are outside the spot: they give the baseline that is taken off.
     pub radius: Length,
+    pub turns_with: TurnsWith,
+    /// Where the fluid of a wheel flows in the picture: checked against `rotation`, `up` and `view`.
+    pub flow_in_map: Option<InPicture>,
+    pub taken: Conditions,
+    pub ageing: Option<Ageing>,
+}
+
+/// One spot.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Spot {
+    /// The map with the spot; the map of its depth alone, where `before` is left out.
+    pub file: String,
+    /// The map of the same place before it.
+    pub before: Option<String>,
+    /// Time that the spot was polished.
+    pub dwell: Time,
+    /// Where the tool centre point stood in the picture.
+    pub origin: Origin,
+    /// What the process clock read when the spot was made.
+    pub clock: Option<Time>,
+}
+
+/// With what a spot turns on the part.
+#[allow(non_camel_case_types, reason = "symbols are spelt as in the job")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum TurnsWith {
+    tool,
+    nothing,
+}
+
+/// A direction of a picture as one looks at it.
+#[allow(non_camel_case_types, reason = "symbols are spelt as in the job")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum InPicture {
+    up,
+    down,
+    left,
+    right,
+}
+
+/// How old spots may be, on a clock of the process.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Ageing {
+    /// What the clock reads when the run starts.
+    pub now: Time,
+    /// Age of the youngest spot at most.
+    pub at_most: Time,
+}
+
+/// The conditions that spots were taken under.
+#[allow(non_camel_case_types, reason = "family members are spelt as in the job")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Conditions {
+    mrf_conditions(MrfConditions),
+    pad_conditions(PadConditions),
+    bonnet_conditions(BonnetConditions),
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MrfConditions {
+    pub diameter: Length,
+    pub speed: AngularSpeed,
+    pub rotation: WheelRotation,
+    pub gap: Length,
+    pub material: Material,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PadConditions {
+    pub diameter: Length,
+    pub eccentricity: Length,
+    pub orbit: Turn,
+    pub spin: Turn,
+    pub spin_measured: SpinMeasured,
+    pub force: Force,
+    pub material: Material,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BonnetConditions {
+    pub radius: Length,
+    pub offset: Length,
+    pub pressure: Pressure,
+    /// Without its sense, which the removal does not know.
+    pub speed: AngularSpeed,
+    pub tilt: Angle,
+    pub material: Material,
 }
 
 /// Where the tool centre point stood in a spot's picture. There is no default: a wrong origin shifts all removal.
@@ -235,5 +349,23 @@ pub enum Origin {
     peak(Empty),
     /// The centre of the removed volume.
     centroid(Empty),
+    peak_near(PeakNear),
+    centroid_near(CentroidNear),
     pixel_at(PixelAt),
+}
+
+/// The deepest pixel within the spot's radius of this one.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PeakNear {
+    pub column: f64,
+    pub row: f64,
+}
+
+/// The centre of the volume removed within the spot's radius of this pixel.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CentroidNear {
+    pub column: f64,
+    pub row: f64,
 }

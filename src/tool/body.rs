@@ -79,7 +79,17 @@ impl Influence {
     /// The files that it is made from.
     pub fn files(&self) -> Vec<&str> {
         match self {
-            Influence::measured(spot) => vec![&spot.file],
+            Influence::measured(measured) => {
+                let mut files: Vec<&str> = Vec::new();
+                for file in measured.spots.iter().flat_map(|spot| spot.before.iter().chain([&spot.file])) {
+                    // Several spots may stand in one picture.
+                    if !files.contains(&file.as_str()) {
+                        files.push(file);
+                    }
+                }
+                files
+            }
+            Influence::set(set) => set.at.iter().flat_map(|at| at.influence.files()).collect(),
             Influence::gaussian(_) | Influence::preston(_) | Influence::bonnet_contact(_) => Vec::new(),
         }
     }
@@ -97,7 +107,8 @@ pub fn check(tool: &Tool, robot: Option<&Robot>) -> Vec<Problem> {
         problems.extend(wheel::centre_point(wheel, robot));
     }
     if let (Tool::bonnet(_), Some(_)) = (tool, robot) {
-        let message = "a bonnet cannot be put on a robot yet: motion keeps the tool's axis along the normal, and cannot lean it";
+        let message =
+            "a bonnet cannot be put on a robot yet: motion keeps the tool's axis along the normal, and cannot lean it";
         problems.push(
             Problem::error(codes::E0652, "robot", message)
                 .help("take `robot` and `target` out of the job: it is then planned as far as dwell"),

@@ -178,7 +178,11 @@ pub fn wear(bonnet: &Bonnet, contact: &BonnetContact) -> Option<f64> {
 }
 
 /// The influence function of the bonnet on glass of this curvature (1/m, positive where hollow).
-pub(super) fn influence(bonnet: &Bonnet, contact: &BonnetContact, curvature: f64) -> Result<InfluenceFunction, Problem> {
+pub(super) fn influence(
+    bonnet: &Bonnet,
+    contact: &BonnetContact,
+    curvature: f64,
+) -> Result<InfluenceFunction, Problem> {
     let made = ContactCircle::new(bonnet.radius.0, bonnet.offset.0, curvature).and_then(|circle| {
         let wear = wear(bonnet, contact).filter(|wear| *wear > 0.0 && wear.is_finite())?;
         let one = Contact::new(circle, contact.exponent, wear, bonnet.tilt(), bonnet.spin.speed.0);
@@ -225,7 +229,8 @@ pub(super) fn numbers(bonnet: &Bonnet) -> Vec<Problem> {
             tilt.to_degrees(),
             circle.radius * 1e3
         );
-        let help = format!("tilt by more than {:.1} deg, or press in less", (contact.to_degrees() * 10.0).ceil() / 10.0);
+        let help =
+            format!("tilt by more than {:.1} deg, or press in less", (contact.to_degrees() * 10.0).ceil() / 10.0);
         refuse("precession.tilt", message, help);
     }
     if tilt + contact > bonnet.cap.0 {
@@ -260,7 +265,8 @@ pub(super) fn fit(bonnet: &Bonnet, (place, sharpest): ([f64; 2], f64)) -> Option
         1.0 / (sharpest * radius)
     );
     // Rounded down to a tenth of a millimetre, so that it fits.
-    let smaller = |times: f64| format!("take a bonnet of at most {:.1} mm radius", (1e4 / (sharpest * times)).floor() / 10.0);
+    let smaller =
+        |times: f64| format!("take a bonnet of at most {:.1} mm radius", (1e4 / (sharpest * times)).floor() / 10.0);
     Some(if sharpest * LEAST_HOLLOW * radius >= 1.0 {
         Problem::error(codes::E0631, "tool.radius", message)
             .note("below 1.2 times the contact cannot be told from the offset")

@@ -6,8 +6,6 @@
 use super::bonnet::Contact;
 use crate::diagnostics::{Problem, codes};
 use crate::height_map::Grid;
-use crate::job::Measured;
-use crate::source::FileProvider;
 use std::f64::consts::{PI, TAU};
 
 /// A place of the part relative to the tool centre point, turned into the tool frame. `azimuth` is the direction of the
@@ -39,6 +37,12 @@ enum Shape {
     Radial(Radial),
     /// Of a bonnet.
     Contact(Contact),
+    /// A profile times the cosine or sine of so many times the angle from +x towards +y.
+    Harmonic {
+        radial: Radial,
+        order: usize,
+        sine: bool,
+    },
 }
 
 /// A profile over the distance from the middle, tabulated. Between two breaks the places are low + (high - low) sin²(πt/2)
@@ -96,16 +100,6 @@ impl Radial {
 const HALF_WIDTH_OF_GAUSSIAN: f64 = 1.177_410_022_515_474_7;
 
 impl InfluenceFunction {
-    /// From measured spots. `files` gives their maps, what is odd but usable is said to `warnings`. Fields are
-    /// `tool.influence.…`; the errors are those of [`measured`](super::measured).
-    pub fn measured(
-        measured: &Measured,
-        files: &dyn FileProvider,
-        warnings: &mut Vec<Problem>,
-    ) -> Result<InfluenceFunction, Problem> {
-        super::measured::read(measured, files, warnings)
-    }
-
     /// `peak * exp(-r²/2σ²)` for `r <= diameter/2`, zero outside; m/s, m, m. E0620 if one of them is not positive.
     pub fn gaussian(peak: f64, sigma: f64, diameter: f64) -> Result<InfluenceFunction, Problem> {
         for (name, value, unit, scale) in
@@ -146,6 +140,35 @@ impl InfluenceFunction {
         InfluenceFunction { shape: Shape::Contact(contact), radius, volume_rate, sigma_scale }
     }
 
+    /// Times the cosine or sine of so many times the angle: a part of a field, negative in places, of `width`.
+    pub(super) fn of_harmonic(
+        radial: Radial,
+        order: usize,
+        sine: bool,
+        volume_rate: f64,
+        width: f64,
+    ) -> InfluenceFunction {
+        let radius = radial.reach();
+        InfluenceFunction { shape: Shape::Harmonic { radial, order, sine }, radius, volume_rate, sigma_scale: width }
+    }
+
+    /// The mean over so many evenly spread turns about the tool's axis, on square pixels; a function that is no map, or a single
+    /// turn, is itself.
+    pub(super) fn stepped(self, positions: usize) -> InfluenceFunction {
+        let Shape::Measured(grid) = &self.shape else { return self };
+        if positions < 2 {
+            return self;
+        }
+        let turns: Vec<(f64, f64)> = (0..positions).map(|k| libm::sincos(TAU * k as f64 / positions as f64)).collect();
+        let mut mean = self.stamp(grid.pixel[0].min(grid.pixel[1]), 0.0);
+        for i in 0..mean.values.len() {
+            let [x, y] = mean.position(i / mean.columns, i % mean.columns);
+            let sum: f64 = turns.iter().map(|(s, c)| self.rate(c * x + s * y, c * y - s * x)).sum();
+            mean.values[i] = sum / positions as f64;
+        }
+        InfluenceFunction { shape: Shape::Measured(mean), ..self }
+    }
+
     /// Removal rate at `(x, y)` of the tool frame, m/s.
     pub fn rate(&self, x: f64, y: f64) -> f64 {
         if x * x + y * y > self.radius * self.radius {
@@ -156,6 +179,10 @@ impl InfluenceFunction {
             Shape::Measured(grid) => grid.interpolate(x, y).unwrap_or(0.0),
             Shape::Radial(radial) => radial.at(libm::hypot(x, y)),
             Shape::Contact(contact) => contact.rate(x, y),
+            Shape::Harmonic { radial, order, sine } => {
+                let angle = *order as f64 * libm::atan2(y, x);
+                radial.at(libm::hypot(x, y)) * if *sine { libm::sin(angle) } else { libm::cos(angle) }
+            }
         }
     }
 
@@ -193,4 +220,30 @@ impl InfluenceFunction {
             .collect();
         grid
     }
+}
+
+/// The width of what removes is the sigma that the job states only if little of the Gaussian is cut away: where it is less than nine
+/// tenths of it, the spot takes less than four fifths of the glass that its sigma promises.
+const LEAST_WIDTH: f64 = 0.9;
+
+/// W0600 if the diameter cuts so much of a Gaussian that its sigma is not its width. `at` is the field of the influence function.
+pub(super) fn check_cut(sigma: f64, diameter: f64, function: &InfluenceFunction, at: &str) -> Option<Problem> {
+    if function.sigma_scale() >= LEAST_WIDTH * sigma {
+        return None;
+    }
+    let message = format!(
+        "the diameter cuts the Gaussian {:.2} sigma from its middle: what is left is as wide as one of {:.3} mm sigma, not {:.3} mm",
+        diameter / (2.0 * sigma),
+        function.sigma_scale() * 1e3,
+        sigma * 1e3
+    );
+    // 2.4 sigma to either side keeps 90 % of the width.
+    Some(
+        Problem::warning(codes::W0600, format!("{at}.diameter"), message)
+            .note("was a radius written for a diameter, or a half width for a sigma?")
+            .help(format!(
+                "a Gaussian of this sigma needs a diameter of at least {:.2} mm",
+                (4.8 * sigma * 1e5).ceil() / 100.0
+            )),
+    )
 }

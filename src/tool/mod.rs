@@ -13,15 +13,20 @@
 
 mod body;
 pub mod bonnet;
+mod conditions;
+pub mod edge;
 mod field;
 pub mod influence;
-mod measured;
+pub mod measured;
 pub mod pad;
+mod pad_edge;
 mod quadrature;
+pub mod spread;
 mod stance;
 mod wheel;
 
 pub use body::{Ball, check, check_fit};
 pub use field::InfluenceField;
 pub use influence::{InfluenceFunction, part_to_tool};
+pub use spread::Spread;
 pub use stance::Azimuth;

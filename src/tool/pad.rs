@@ -152,7 +152,8 @@ pub(super) fn numbers(pad: &PlanetaryPad) -> Vec<Problem> {
         refuse("diameter", message, "a pad has a size");
     }
     if !(pad.eccentricity.0 >= 0.0 && pad.eccentricity.0.is_finite()) {
-        let message = format!("the pad's `eccentricity` is {:.3} mm; it must not be negative", pad.eccentricity.0 * 1e3);
+        let message =
+            format!("the pad's `eccentricity` is {:.3} mm; it must not be negative", pad.eccentricity.0 * 1e3);
         refuse("eccentricity", message, "it is a distance");
     }
     if !positive(pad.force.0) {

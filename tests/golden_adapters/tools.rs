@@ -1,6 +1,7 @@
 //! Influence functions of pads and bonnets. The golden files speak mm, N, rpm and um; the library SI.
 
 use polishc::tool::bonnet::{Contact, ContactCircle};
+use polishc::tool::edge::EdgeContact;
 use polishc::tool::pad::PadMotion;
 use serde_json::{Value, json};
 use std::f64::consts::{PI, TAU};
@@ -15,6 +16,7 @@ pub fn run(function: &str, input: &Value, _expected: &Value, _context: &Value) -
             let pressure = number(tool, "F")? / (PI * pad.radius * pad.radius);
             Ok(number(tool, "kp")? * 1e-6 * pressure * pad.swept() * 1e9)
         }),
+        "contact_area_ratio" => contact_share(input),
         "tif_sigma_mm" => pad(input, |pad, _| Ok(pad.sigma() * 1e3)),
         "tif_transfer" => pad(input, |pad, _| Ok(pad.transfer(number(input, "period")? * 1e-3))),
         _ => return None,
@@ -34,8 +36,7 @@ fn pad(input: &Value, figure: impl Fn(&PadMotion, &Value) -> Result<f64, String>
         Some("abs") => spin,
         other => return Err(format!("unknown frame {other:?}")),
     };
-    let motion =
-        PadMotion { radius: number(tool, "D")? * 5e-4, eccentricity: number(tool, "e")? * 1e-3, orbit, turn };
+    let motion = PadMotion { radius: number(tool, "D")? * 5e-4, eccentricity: number(tool, "e")? * 1e-3, orbit, turn };
     Ok(json!(figure(&motion, tool)?))
 }
 
@@ -58,6 +59,12 @@ fn bonnet_rate(input: &Value) -> Result<Value, String> {
     let azimuth = number(input, "eps_deg")?.to_radians();
     let [x, y] = polishc::tool::part_to_tool(number(input, "x")? * 1e-3, number(input, "y")? * 1e-3, azimuth);
     Ok(json!({ "rate_um_per_s": contact.rate(x, y) * 1e6, "contact_radius_mm": circle.radius * 1e3 }))
+}
+
+/// A pad of radius a whose middle lies D from that of a part of radius R.
+fn contact_share(input: &Value) -> Result<Value, String> {
+    let (a, outline, distance) = (number(input, "a")? * 1e-3, number(input, "R")? * 1e-3, number(input, "D")? * 1e-3);
+    Ok(json!(EdgeContact { radius: a, outline }.share(outline - distance)))
 }
 
 fn bonnet_peak(input: &Value) -> Result<Value, String> {

@@ -53,8 +53,9 @@ fn the_job_is_in_si_and_whole() {
     assert_eq!(wheel.rotation, WheelRotation::forward);
     let Influence::measured(spot) = &wheel.influence else { panic!("a measured influence") };
     // Said in the job's file: relative to its folder.
-    assert_eq!(spot.file, "jobs/spots/12.dat");
-    assert_eq!(spot.origin, Origin::pixel_at(PixelAt { column: 120.5, row: 64.0 }));
+    assert_eq!(spot.spots[0].file, "jobs/spots/12.dat");
+    assert_eq!(spot.flow_in_map, Some(InPicture::up));
+    assert_eq!(spot.spots[0].origin, Origin::pixel_at(PixelAt { column: 120.5, row: 64.0 }));
     let Path::raster(raster) = &job.path;
     near(raster.point_step.0, 0.004);
     near(raster.line_pitch.0, 0.0005);

@@ -6,4 +6,5 @@ mod figures;
 mod influence;
 mod placing;
 mod reading;
+mod spots;
 mod workpiece;
