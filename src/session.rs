@@ -248,26 +248,36 @@ impl Passes<'_> {
         odd.extend(refuse(output_checks(&job, until))?);
         self.said.extend(odd);
 
-        self.watch.pass("path");
-        let limits = job.target.as_ref().map(target::limits);
-        let most_points = limits.as_ref().map_or(path::MOST_POINTS, |limits| limits.most_points);
         let surface: Arc<dyn Surface> = form::surface(&job.workpiece.form, self.files).map_err(one)?.into();
         self.planned.surface = Some(surface.clone());
         let surface = &*surface;
         refuse(workpiece::check_surface(&job.workpiece, surface).into_iter().collect())?;
-        let tool_path = path::plan(&job.path, &job.workpiece, surface, most_points).map_err(one)?;
+        let strategy = job.path.strategy();
+        let measured = if strategy.needs_measurement() { Some(self.measure(&job, surface)?) } else { None };
+        self.watch.pass("path");
+        let limits = job.target.as_ref().map(target::limits);
+        let setting = path::Setting {
+            edge: &job.workpiece.edge,
+            clear: &job.workpiece.clear,
+            surface,
+            most_points: limits.as_ref().map_or(path::MOST_POINTS, |limits| limits.most_points),
+            line_points: limits.as_ref().map_or(usize::MAX, |limits| limits.line_points),
+            measured: measured
+                .as_ref()
+                .map(|(error, influence)| path::Measured { error, influence: &influence.parts[0] }),
+        };
+        let tool_path = path::plan(&job.path, &setting).map_err(one)?;
         let places = (0..tool_path.points.len()).map(|i| [tool_path.points.x[i], tool_path.points.y[i]]);
         self.said.extend(refuse(tool::check_fit(&job.tool, surface, places).into_iter().collect())?);
-        let job::Path::raster(raster) = &job.path;
-        path::chord::check(&tool_path, surface, raster.chord_error.0).map_err(one)?;
+        path::chord::check(&tool_path, surface, strategy.chord_error()).map_err(one)?;
         if until == Until::Path {
             self.planned.path = Some(tool_path);
             return Ok(());
         }
-
-        self.watch.pass("metrology");
-        let error_map = metrology::error_map(&job.workpiece, self.files, self.said).map_err(one)?;
-        let influence = InfluenceField::new(&job.tool, &job.workpiece, surface, self.files, self.said)?;
+        let (error_map, influence) = match measured {
+            Some(measured) => measured,
+            None => self.measure(&job, surface)?,
+        };
         let places = (0..tool_path.points.len()).map(|i| [tool_path.points.x[i], tool_path.points.y[i]]);
         let near_edge = influence.check_places(&job.tool, &job.workpiece, places);
         self.said.extend(refuse(near_edge.into_iter().collect())?);
@@ -276,9 +286,10 @@ impl Passes<'_> {
         let job::Dwell::corrective(corrective) = &job.dwell;
         let speed_steps = limits.as_ref().map_or(FINEST_SPEEDS, |limits| limits.speed_steps);
         let task = dwell::Task {
+            standing: dwell::standing(&tool_path, corrective.acceleration.0, speed_steps),
             path: tool_path,
-            standing: Vec::new(),
-            line_pitch: raster.line_pitch.0,
+            line_pitch: strategy.line_pitch(),
+            passes: job.path.pass_count(),
             error: &error_map.grid,
             clear: &job.workpiece.clear,
             edge: &job.workpiece.edge,
@@ -346,6 +357,14 @@ impl Passes<'_> {
         let program = verify::verify(draft, checked, &job, surface)?;
         self.planned.program = Some(program);
         Ok(())
+    }
+
+    /// What the job's measurements say: the error map on the part, and the influence function.
+    fn measure(&mut self, job: &Job, surface: &dyn Surface) -> Result<(ErrorMap, InfluenceField), Vec<Problem>> {
+        self.watch.pass("metrology");
+        let error_map = metrology::error_map(&job.workpiece, self.files, self.said).map_err(one)?;
+        let influence = InfluenceField::new(&job.tool, &job.workpiece, surface, self.files, self.said)?;
+        Ok((error_map, influence))
     }
 }
 
