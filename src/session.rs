@@ -122,6 +122,10 @@ pub struct Planned {
     pub stock: Option<Stock>,
     /// What will come of the run, if the job states how well it knows what it was planned from.
     pub expected: Option<Expected>,
+    /// How well measured spots agree.
+    pub spread: Option<tool::Spread>,
+    /// What the expectation reckons with: the job's, and of the gain, where the job says nothing, what several spots say.
+    uncertainty: Option<job::Uncertainty>,
     pub motion: Option<Checked<Motion>>,
     pub program: Option<Verified<Program>>,
     pub result: Option<JobResult>,
@@ -151,6 +155,8 @@ pub fn compile(files: &dyn FileProvider, request: &Request, watch: &dyn Watch) -
             prospect: None,
             stock: None,
             expected: None,
+            spread: None,
+            uncertainty: None,
             motion: None,
             program: None,
             result: None,
@@ -300,6 +306,7 @@ impl Passes<'_> {
             dwell: corrective,
             speed_steps,
         };
+        self.planned.spread = influence.spread;
         self.planned.prospect = forecast::prospect(&task, self.said);
         let outcome = dwell::solve(task, self.said).map_err(one)?;
         let clear = &job.workpiece.clear;
@@ -307,11 +314,12 @@ impl Passes<'_> {
         if let Some(uncertainty) = &job.uncertainty {
             // What the shop does not know of the gain, several spots say.
             let spots = influence.spread.and_then(|spread| spread.volume);
-            let uncertainty = &job::Uncertainty { gain: uncertainty.gain.or(spots), ..uncertainty.clone() };
+            let uncertainty = job::Uncertainty { gain: uncertainty.gain.or(spots), ..uncertainty.clone() };
             let mut footprint = dwell::Footprint::of(&influence.parts[0], influence.azimuth);
             footprint.standoff = job.tool.standoff();
             let run = forecast::Run { outcome: &outcome, footprint: &footprint, surface, clear, dwell: corrective };
-            self.planned.expected = forecast::expect(uncertainty, &run).map_err(one)?;
+            self.planned.expected = forecast::expect(&uncertainty, &run).map_err(one)?;
+            self.planned.uncertainty = Some(uncertainty);
         }
         if let Some(limits) = &limits {
             dwell::check_segment_times(
@@ -482,12 +490,13 @@ impl Planned {
             predicted: report::predicted(
                 outcome,
                 self.expected.as_ref(),
-                self.job.uncertainty.as_ref(),
+                self.uncertainty.as_ref(),
                 purpose == Purpose::DryRun,
             ),
             correctable: self.prospect.as_ref().map(report::correctable),
             reach: self.prospect.as_ref().map(report::reach),
             stock: self.stock.as_ref().map(report::stock),
+            spots: self.spread.map(report::spots),
             motion: self.motion.as_deref().map(report::motion),
             inputs,
             requirements: self.requirements.iter().map(|r| report::requirement(r, &results)).collect(),

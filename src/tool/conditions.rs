@@ -5,8 +5,8 @@
 
 use crate::diagnostics::{Problem, codes};
 use crate::job::{
-    BonnetConditions, Conditions, Direction, InPicture, Measured, MrfConditions, PadConditions, Tool, TurnsWith, View,
-    WheelRotation,
+    BonnetConditions, Conditions, Direction, InPicture, Measured, MrfConditions, PadConditions, SpinMeasured, Tool,
+    Turn, TurnsWith, View, WheelRotation,
 };
 use std::f64::consts::TAU;
 
@@ -48,11 +48,13 @@ pub(super) fn check(measured: &Measured, tool: &Tool, material: &str, at: &str) 
         (Conditions::pad_conditions(taken), Tool::planetary_pad(pad)) => {
             let PadConditions { diameter, eccentricity, orbit, spin, spin_measured, force, material } = taken;
             if *spin_measured != pad.spin_measured {
-                let name = |on_arm: bool| if on_arm { "on_arm" } else { "absolute" }.to_string();
-                let arm = |s| name(s == crate::job::SpinMeasured::on_arm);
-                words.push(("spin_measured", arm(*spin_measured), arm(pad.spin_measured)));
+                let name = |against: SpinMeasured| match against {
+                    SpinMeasured::on_arm => "on_arm".to_string(),
+                    SpinMeasured::absolute => "absolute".to_string(),
+                };
+                words.push(("spin_measured", name(*spin_measured), name(pad.spin_measured)));
             }
-            let turn = |turn: &crate::job::Turn| rpm(turn.counterclockwise());
+            let turn = |turn: &Turn| rpm(turn.counterclockwise());
             let pairs = vec![
                 Pair { field: "diameter", taken: diameter.0 * 1e3, job: pad.diameter.0 * 1e3, unit: "mm" },
                 Pair { field: "eccentricity", taken: eccentricity.0 * 1e3, job: pad.eccentricity.0 * 1e3, unit: "mm" },

@@ -86,7 +86,11 @@ impl EdgeContact {
         }
         breaks.push(end);
         let quadrature = Quadrature::new();
-        [0, 1, 2].map(|power| quadrature.piecewise(&breaks, |x| 2.0 * half(x) * x.powi(power)))
+        [
+            quadrature.piecewise(&breaks, |x| 2.0 * half(x)),
+            quadrature.piecewise(&breaks, |x| 2.0 * half(x) * x),
+            quadrature.piecewise(&breaks, |x| 2.0 * half(x) * x * x),
+        ]
     }
 
     /// The overhang (how far the pad's rim reaches beyond the edge) at which the linear pressure vanishes at the far rim: a pad on

@@ -9,7 +9,7 @@ use super::pad_edge::PadEdge;
 use super::spread::Spread;
 use super::{bonnet, conditions, measured, pad, pad_edge};
 use crate::diagnostics::{Problem, codes};
-use crate::job::{Along, EdgeModel, Influence, PlanetaryPad, Set, Tool, TurnsWith, Workpiece};
+use crate::job::{Along, EdgeModel, Influence, Set, Tool, TurnsWith, Workpiece};
 use crate::source::FileProvider;
 use crate::workpiece::form::Surface;
 
@@ -68,9 +68,12 @@ impl InfluenceField {
         if let Influence::set(set) = tool.influence() {
             return of_set(set, tool, workpiece, files, warnings);
         }
-        if let (Influence::preston(preston), Tool::planetary_pad(pad)) = (tool.influence(), tool)
-            && matches!(pad.edge, EdgeModel::area | EdgeModel::linear)
-        {
+        if models_the_edge(tool) {
+            let (Influence::preston(preston), Tool::planetary_pad(pad)) = (tool.influence(), tool) else {
+                let message = "the models of the edge reckon with the pad's pressure, which only `preston` tells";
+                return Err(one(Problem::error(codes::E0651, "tool.edge", message)
+                    .help("write `edge: not_modelled` or `edge: support_ring`, or `influence: preston { … }`")));
+            };
             let (edge, parts) = PadEdge::new(pad, preston, &workpiece.edge).map_err(one)?;
             return Ok(InfluenceField { parts, azimuth: tool.azimuth(), spread: None, weights: Weights::Edge(edge) });
         }
@@ -129,10 +132,12 @@ impl InfluenceField {
         &self,
         tool: &Tool,
         workpiece: &Workpiece,
-        places: impl Iterator<Item = [f64; 2]>,
+        places: impl Iterator<Item = [f64; 2]> + Clone,
     ) -> Option<Problem> {
-        if let Tool::planetary_pad(pad) = tool {
-            return pad_edge::check(pad, &workpiece.edge, places);
+        if let Tool::planetary_pad(pad) = tool
+            && let Some(problem) = pad_edge::check(pad, &workpiece.edge, places.clone())
+        {
+            return Some(problem);
         }
         let Weights::Along(along, known) = &self.weights else { return None };
         let (first, last) = (known.first()?, known.last()?);
@@ -161,6 +166,11 @@ impl InfluenceField {
                 .help(format!("measure one at {what} {:.1} mm", place * 1e3)),
         )
     }
+}
+
+/// Whether the pressure under the job's pad depends on the edge.
+fn models_the_edge(tool: &Tool) -> bool {
+    matches!(tool, Tool::planetary_pad(pad) if matches!(pad.edge, EdgeModel::area | EdgeModel::linear))
 }
 
 fn one(problem: Problem) -> Vec<Problem> {
@@ -242,7 +252,7 @@ fn of_set(
             format!("the places of a set rise, and {:.3} mm follows on {:.3} mm", places[i] * 1e3, places[i - 1] * 1e3);
         return refuse(format!("tool.influence.at.{i}.place"), message, "list them in rising order, each place once");
     }
-    if let (Tool::planetary_pad(PlanetaryPad { edge: EdgeModel::area | EdgeModel::linear, .. }), _) = (tool, ()) {
+    if models_the_edge(tool) {
         let message = "a set says where the removal changes, and so does the model of the edge: one of them can hold";
         return refuse("tool.edge".into(), message.into(), "write `edge: support_ring` or `edge: not_modelled`");
     }

@@ -110,10 +110,8 @@ fn read_within(
 
 /// The field of a problem that a spot has: `radius` and the like belong to all of them.
 fn of_spot(problem: Problem, field: &str) -> Problem {
-    match problem.field.as_deref() {
-        Some("file" | "before" | "dwell" | "origin" | "clock") => problem.within(field),
-        _ => problem,
-    }
+    let of_one = matches!(problem.field.as_deref(), Some("file" | "before" | "dwell" | "origin"));
+    if of_one { problem.within(field) } else { problem }
 }
 
 /// Depth in metres over the tool frame, its origin at the place that the job names or guesses.
@@ -243,6 +241,7 @@ fn place(laid: &mut [Laid], i: usize, radius: f64) -> Result<Grid, Problem> {
     let others = others(laid, i);
     let Laid { spot, field, depth, guessed } = &mut laid[i];
     // With the wrong sign the deepest pixel is any pixel but that of the spot.
+    let guessed = *guessed;
     let looked_for = |problem: Problem| {
         match guessed {
         Some([column, row]) => problem.note(format!(
@@ -341,8 +340,9 @@ fn levelled(depth: &Grid, radius: f64, others: &[[f64; 2]]) -> Result<Grid, Prob
             let i = row * depth.columns + column;
             let [x, y] = depth.position(row, column);
             let inside = |x: f64, y: f64| x * x + y * y <= radius * radius;
-            outside[i] = !inside(x, y) && !others.iter().any(|[ox, oy]| inside(x - ox, y - oy));
-            if inside(x, y) && !depth.values[i].is_finite() {
+            let known = depth.values[i].is_finite();
+            outside[i] = known && !inside(x, y) && !others.iter().any(|[ox, oy]| inside(x - ox, y - oy));
+            if inside(x, y) && !known {
                 let message = format!(
                     "the spot has an unknown pixel at x {:.3} mm, y {:.3} mm of the tool frame",
                     x * 1e3,

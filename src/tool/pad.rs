@@ -112,8 +112,8 @@ impl PadMotion {
     /// Root of the second moment of the rate along one axis, metres.
     pub fn sigma(&self) -> f64 {
         let quadrature = Quadrature::new();
-        let moment = |power: i32| quadrature.piecewise(&self.breaks(), |s| self.mean_speed(s) * s.powi(power));
-        (moment(3) / (2.0 * moment(1))).sqrt()
+        let volume = quadrature.piecewise(&self.breaks(), |s| self.mean_speed(s) * s);
+        (quadrature.piecewise(&self.breaks(), |s| self.mean_speed(s) * s * s * s) / (2.0 * volume)).sqrt()
     }
 
     /// What the tool removes of a ripple of this period, against what it removes of an even layer: the Hankel transform of

@@ -228,6 +228,7 @@ pub(super) fn check(pad: &PlanetaryPad, outline: &Aperture, places: impl Iterato
 }
 
 #[cfg(test)]
+#[allow(clippy::disallowed_methods, reason = "tests may use the platform's mathematics")]
 mod tests {
     use super::*;
     use crate::job::{Circle, Influence, Seen, Sense, SpinMeasured, Turn};
