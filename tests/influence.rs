@@ -196,3 +196,32 @@ fn a_set_removes_by_where_the_tool_stands() {
         assert!((found - expected).abs() < 5e-3 * expected, "{column}, {row}: {found} is predicted, {expected} summed");
     }
 }
+
+/// A pad on a robot goes the whole way: its program is written, read back and verified, and tells the operator how it turns.
+#[test]
+fn a_pad_on_a_robot_is_written_and_verified() {
+    let path = "tests/jobs/pad_60.polish";
+    let text = std::fs::read_to_string(path).expect("the job");
+    let uses =
+        "use std.materials.k9\nuse std.robots.abb.irb6700_200_260\nuse std.controllers.irc5\nuse \"cell.polish\"\n";
+    let robot = "\n    robot:     irb6700_200_260 with { cell: cell.mrf }
+    target:    rapid { controller: irc5, module: \"Pad60\", frames: in_program }
+    unchecked: [arm, cell, cable, fixture]
+}
+";
+    let text = text.replace("use std.materials.k9\n", uses);
+    let text = format!("{}{robot}", text.trim_end().strip_suffix('}').expect("the job's end"));
+    let mut files = TestFiles::default();
+    files.extra.insert(path.into(), text.into_bytes());
+    files.extra.insert("tests/jobs/map.npy".into(), map());
+    let request = Request { sets: vec![("map".into(), "tests/jobs/map.npy".into())], ..Request::new(path) };
+    let done = session::compile(&files, &request, &Unwatched);
+    let said = render::render(&done.sources, &done.diagnostics, Style::Short, false);
+    assert!(!done.failed(), "{said}");
+    let program = done.jobs[0].program.as_ref().expect("a verified program");
+    let main = program.files.last().expect("the main module");
+    let main = String::from_utf8_lossy(&main.bytes);
+    for fact in ["orbit 90.000 rpm counter-clockwise", "spin 250.000 rpm clockwise on arm", "force 10.000 N"] {
+        assert!(main.contains(fact), "{fact}");
+    }
+}

@@ -106,6 +106,18 @@ pub fn check(tool: &Tool, robot: Option<&Robot>) -> Vec<Problem> {
     if let (Tool::mrf_wheel(wheel), Some(robot)) = (tool, robot) {
         problems.extend(wheel::centre_point(wheel, robot));
     }
+    let taught_with = robot.and_then(|robot| robot.cell.as_ref()?.tcp.wheel_diameter);
+    if let (Tool::planetary_pad(_), Some(diameter)) = (tool, taught_with) {
+        let message = format!(
+            "the tool centre point was measured with a wheel of {:.3} mm diameter, and the job's tool is a pad",
+            diameter.0 * 1e3
+        );
+        problems.push(
+            Problem::error(codes::E0632, "tool", message).help(
+                "measure `robot.cell.tcp` with the pad, in the middle of its face, and take `wheel_diameter` out",
+            ),
+        );
+    }
     if let (Tool::bonnet(_), Some(_)) = (tool, robot) {
         let message =
             "a bonnet cannot be put on a robot yet: motion keeps the tool's axis along the normal, and cannot lean it";
