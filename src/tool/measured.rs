@@ -240,23 +240,22 @@ fn separate(laid: &[Laid], radius: f64) -> Result<(), Problem> {
 fn place(laid: &mut [Laid], i: usize, radius: f64) -> Result<Grid, Problem> {
     let others = others(laid, i);
     let Laid { spot, field, depth, guessed } = &mut laid[i];
-    // With the wrong sign the deepest pixel is any pixel but that of the spot.
     let guessed = *guessed;
-    let looked_for = |problem: Problem| {
-        match guessed {
-        Some([column, row]) => problem.note(format!(
-            "the deepest pixel of the map was taken for the spot: column {column}, row {row} of the picture; if the spot is \
-             not there, check `positive`"
-        )),
-        None => problem,
-    }
-    };
     let found = match &spot.origin {
         Origin::frame_centre(_) | Origin::pixel_at(_) => levelled(depth, radius, &others),
         Origin::peak(_) | Origin::peak_near(_) => settle(depth, radius, &others, peak),
         Origin::centroid(_) | Origin::centroid_near(_) => settle(depth, radius, &others, centroid),
     };
-    found.map_err(|problem| of_spot(looked_for(problem), field))
+    found.map_err(|problem| of_spot(told_of_guess(problem, guessed), field))
+}
+
+/// The problem of a spot that was looked for: with the wrong sign the deepest pixel is any pixel but that of the spot.
+fn told_of_guess(problem: Problem, guessed: Option<[f64; 2]>) -> Problem {
+    let Some([column, row]) = guessed else { return problem };
+    problem.note(format!(
+        "the deepest pixel of the map was taken for the spot: column {column}, row {row} of the picture; if the spot is \
+         not there, check `positive`"
+    ))
 }
 
 /// Moves the grid's origin to the place that `locate` finds in the levelled spot, until it stays.
@@ -315,8 +314,8 @@ fn each_inside(spot: &Grid, radius: f64, mut see: impl FnMut(f64, f64, f64)) {
     }
 }
 
-/// The map without its baseline, which the discs about the `others` are no part of; the spot must lie wholly in the picture, every pixel of it known (E0622), with enough
-/// pixels around it (E0621).
+/// The map without its baseline, which the discs about the `others` are no part of; the spot must lie wholly in the picture,
+/// every pixel of it known (E0622), with enough pixels around it (E0621).
 fn levelled(depth: &Grid, radius: f64, others: &[[f64; 2]]) -> Result<Grid, Problem> {
     let counts = [depth.columns, depth.rows];
     for axis in 0..2 {

@@ -280,7 +280,7 @@ mod tests {
             edge.weights(stands[0], stands[1], azimuth, &mut weights);
             let peak = parts[0].rate(1e-3, 0.0);
             let factor = 1e-13 * 30.0 / (PI * 25e-6);
-            let (mut found_volume, mut expected_volume, mut worst) = (0.0, 0.0, 0.0_f64);
+            let (mut found_volume, mut expected_volume, mut worst) = (0.0_f64, 0.0_f64, 0.0_f64);
             for i in -8..=8 {
                 for j in -8..=8 {
                     let (dx, dy) = (f64::from(i) * 1.05e-3, f64::from(j) * 1.05e-3);

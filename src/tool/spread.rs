@@ -50,7 +50,7 @@ pub(super) fn of(
     let mean = |value: &dyn Fn(usize) -> f64| (0..spots.len()).map(value).sum::<f64>() / count;
     let (volume, peak) = (mean(&|i| spots[i].volume_rate), mean(&|i| spots[i].peak_rate));
     // The line of the volume rate over the clock, by least squares, if there are two times at least.
-    let (mut scale, mut drift, mut slope) = (1.0, None, 0.0);
+    let (mut scale, mut drift, mut slope): (f64, Option<f64>, f64) = (1.0, None, 0.0);
     let middle = clocks.as_ref().map_or(0.0, |clocks| mean(&|i| clocks[i]));
     if let (Some(clocks), Some(ageing)) = (&clocks, ageing) {
         let square = mean(&|i| (clocks[i] - middle) * (clocks[i] - middle));
