@@ -12,7 +12,7 @@ mod raw_map;
 
 pub use grid::Grid;
 pub(crate) use orientation::valid_middle;
-pub use orientation::{Picture, lay};
+pub use orientation::{Picture, lay, position_in_frame};
 pub use raw_map::{Format, RawMap};
 
 use crate::diagnostics::{Problem, codes};

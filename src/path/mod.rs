@@ -117,9 +117,15 @@ mod tests {
             view: View::from_tool_side,
             up: Direction::plus_y,
             subtract: Vec::new(),
+            rotated: None,
             pixel: None,
             unit: None,
             centre: MapCentre::frame_centre(Empty {}),
+            fiducials: None,
+            mask: None,
+            leave_out: None,
+            trim: None,
+            despike: None,
             fill_below: None,
         };
         Workpiece {
@@ -129,7 +135,9 @@ mod tests {
             clear: edge.clone(),
             edge,
             material: Material { name: "glass".into() },
-            error: FormError::height_map(map),
+            fiducials: None,
+            error: FormError::height_map(Box::new(map)),
+            target: None,
         }
     }
 

@@ -4,6 +4,7 @@
 
 mod figures;
 mod influence;
+mod maps;
 mod placing;
 mod reading;
 mod workpiece;
