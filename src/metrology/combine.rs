@@ -10,7 +10,7 @@ use super::resample::{Pixels, onto};
 use super::{cover, low_order, stitch};
 use crate::diagnostics::{Problem, codes};
 use crate::height_map::{Grid, MOST_PIXELS, read_file};
-use crate::job::{Average, Difference, FormError, Positive, Stitched, Workpiece, ZernikeError, ZernikeOrder};
+use crate::job::{Average, Difference, FormError, Positive, Stitched, Workpiece, ZernikeError};
 use crate::source::FileProvider;
 use crate::workpiece::form::zernike;
 

@@ -17,7 +17,7 @@
 //!    refused is known when all maps are put together.
 
 use super::cover::{self, inside, plural, square_millimetres};
-use super::registration::{self, Registered, quarter_turned, register};
+use super::registration::{Registered, quarter_turned, register};
 use super::resample::{Pixels, Similarity, resample};
 use super::{Figures, LowOrder, clean, holes, low_order};
 use crate::diagnostics::{Problem, codes};

@@ -216,12 +216,12 @@ fn marks_that_do_not_decide_are_refused() {
     );
     let (code, _, message) = refused(&part, &files);
     assert!(code == "E0530" && message.contains("too nearly on a line"), "{message}");
-    // A mark that was read off half a millimetre wrong leaves, shared out among the three, more than 0.05 mm.
+    // A mark that was read off 0.3 mm wrong leaves 0.130 mm there and less at the others (by numpy).
     let mut marks = shown.marks();
-    marks[1].column += 0.5;
+    marks[1].column += 0.3;
     let (code, field, message) = refused(&of_marks(marks.clone()), &files);
     assert_eq!((code.as_str(), field.as_str()), ("E0531", "workpiece.error.fiducials"));
-    assert!(message.contains("`B` lies 0.1"), "{message}");
+    assert!(message.contains("`B` lies 0.130 mm"), "{message}");
     // A wider limit takes it, and says what is left.
     let mut wider = of_marks(marks);
     let FormError::height_map(asked) = &mut wider.error else { panic!() };
@@ -335,7 +335,7 @@ fn higher_orders_go_and_what_is_not_named_stays() {
         ..part(rectangle(61.0, 61.0, None), rectangle(60.9, 60.9, None))
     };
     let with = |terms: &[Term]| error_map(&whole(terms), &files).0.unwrap();
-    // All of it is within eleven terms.
+    // All of it is within eleven terms, whose coefficients are rounded to 1e-15 m; they reach 29 at the corners.
     use Term::{astigmatism, coma as comatic, piston, power, spherical, tilt, trefoil};
     let all = with(&[piston, tilt, power, astigmatism, comatic, trefoil, spherical]);
     assert!(all.after.pv < 1e-13, "{}", all.after.pv);
@@ -343,13 +343,13 @@ fn higher_orders_go_and_what_is_not_named_stays() {
     let left = with(&[piston, tilt, power, comatic, trefoil, spherical]);
     let plain = grid(61, 61, [1e-3; 2], |x, y| saddle(x * 1e3, y * 1e3) * 1e-9);
     for (found, expected) in left.grid.values.iter().zip(&plain.values) {
-        assert!((found - expected).abs() < 1e-14, "{found} {expected}");
+        assert!((found - expected).abs() < 1e-13, "{found} {expected}");
     }
     // Astigmatism alone takes the saddle, and keeps mean, plane and coma.
     let taken = with(&[astigmatism]);
     let rest = grid(61, 61, [1e-3; 2], |x, y| (5.0 + 300.0 * x + coma(x * 1e3, y * 1e3)) * 1e-9);
     for (found, expected) in taken.grid.values.iter().zip(&rest.values) {
-        assert!((found - expected).abs() < 1e-14, "{found} {expected}");
+        assert!((found - expected).abs() < 1e-13, "{found} {expected}");
     }
     // RMS of the saddle: x² - y² over 61 x 61 points of step 1: variance 2 (n² - 1)(n² - 4)/180.
     let n2 = 61.0 * 61.0;
