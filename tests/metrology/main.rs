@@ -3,8 +3,12 @@
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may panic, and says what it skips")]
 
 mod figures;
+mod files;
+mod formats;
+mod hostile;
 mod influence;
 mod maps;
 mod placing;
 mod reading;
+mod samples;
 mod workpiece;
