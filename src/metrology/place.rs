@@ -65,9 +65,9 @@ const CENTRING: f64 = 3.0;
 /// no measurement, and solving for it would take minutes.
 const MOST_FILLED: f64 = 250_000.0;
 
-/// How much wider than the part the measured pixels may lie before a warning: a retaining ring or a fixture that was seen
-/// too is hardly a quarter wider, a pixel that is stated in the wrong unit or binning is at least twice as large.
-const WIDER: f64 = 1.25;
+/// How much wider than the part the measured pixels may lie before a warning: a pixel that does not know of binning, or is
+/// stated in the wrong unit, makes them at least twice as wide; what was seen around a part seldom does.
+const WIDER: f64 = 1.9;
 
 /// Largest part of the pixels that may be spikes before a warning: dust and lost fringes are fewer; more is the noise, or
 /// the glass.

@@ -53,13 +53,12 @@ impl Piece {
     }
 }
 
-/// What is summed up over an overlap: b bᵀ, b d and d², d the difference of two pieces.
+/// What is summed up over an overlap: b bᵀ and b d, d the difference of two pieces.
 #[derive(Clone, Copy, Debug, Default)]
 struct Sums {
     count: usize,
     bb: [[f64; 3]; 3],
     bd: [f64; 3],
-    dd: f64,
 }
 
 /// Puts the pieces together. Fields are `maps`, `mismatch`.
@@ -94,15 +93,19 @@ pub(super) fn stitch(grids: &[&Grid], mismatch: f64) -> Result<(Grid, Vec<Seam>)
     all_connected(pieces.len(), &pairs, &overlaps)?;
     let levels = level(pieces.len(), &pairs, &overlaps)?;
 
-    let mut seams = Vec::new();
-    for ((i, j), sums) in pairs.iter().zip(&overlaps).filter(|(_, sums)| sums.count > 0) {
-        // |d - q·b|² = dd - 2 q·bd + q·bb·q, which may come out below zero by rounding.
+    // The sums would give the difference of large numbers: what is left is looked at pixel by pixel.
+    let left = |((i, j), sums): (&(usize, usize), &Sums)| {
         let q: [f64; 3] = std::array::from_fn(|k| levels[*i][k] - levels[*j][k]);
-        let across: f64 = (0..3).map(|k| q[k] * (0..3).map(|l| sums.bb[k][l] * q[l]).sum::<f64>()).sum();
-        let square = sums.dd - 2.0 * (0..3).map(|k| q[k] * sums.bd[k]).sum::<f64>() + across;
-        let rms = (square.max(0.0) / sums.count as f64).sqrt();
-        seams.push(Seam { pieces: [*i, *j], pixels: sums.count, rms });
-    }
+        let mut squares = 0.0;
+        each_common(&pieces[*i], &pieces[*j], |column, row, d| {
+            let b = b(column, row);
+            let rest = d - (q[0] * b[0] + q[1] * b[1] + q[2] * b[2]);
+            squares += rest * rest;
+        });
+        Seam { pieces: [*i, *j], pixels: sums.count, rms: (squares / sums.count as f64).sqrt() }
+    };
+    let overlapping: Vec<_> = pairs.iter().zip(&overlaps).filter(|(_, sums)| sums.count > 0).collect();
+    let seams: Vec<Seam> = overlapping.into_par_iter().map(left).collect();
     if let Some(worst) = seams.iter().max_by(|a, b| a.rms.total_cmp(&b.rms)).filter(|seam| seam.rms > mismatch) {
         let message = format!(
             "maps {} and {} differ by {:.3} nm RMS where they overlap; {:.3} nm are allowed",
@@ -137,28 +140,33 @@ pub(super) fn stitch(grids: &[&Grid], mismatch: f64) -> Result<(Grid, Vec<Seam>)
     Ok((Grid { columns, rows, pixel, origin, values }, seams))
 }
 
-fn overlap(one: &Piece, other: &Piece, b: impl Fn(usize, usize) -> [f64; 3]) -> Sums {
+/// Calls `see(column, row, difference)` for every pixel of the whole that both pieces know.
+fn each_common(one: &Piece, other: &Piece, mut see: impl FnMut(usize, usize, f64)) {
     let end = |piece: &Piece| [piece.first[0] + piece.grid.columns, piece.first[1] + piece.grid.rows];
     let start = [0, 1].map(|k| one.first[k].max(other.first[k]));
     let stop = [0, 1].map(|k| end(one)[k].min(end(other)[k]));
-    let mut sums = Sums::default();
     for row in start[1]..stop[1] {
         for column in start[0]..stop[0] {
             let d = one.at(column, row) - other.at(column, row);
-            if d.is_nan() {
-                continue;
-            }
-            let b = b(column, row);
-            sums.count += 1;
-            sums.dd += d * d;
-            for k in 0..3 {
-                sums.bd[k] += b[k] * d;
-                for l in 0..3 {
-                    sums.bb[k][l] += b[k] * b[l];
-                }
+            if !d.is_nan() {
+                see(column, row, d);
             }
         }
     }
+}
+
+fn overlap(one: &Piece, other: &Piece, b: impl Fn(usize, usize) -> [f64; 3]) -> Sums {
+    let mut sums = Sums::default();
+    each_common(one, other, |column, row, d| {
+        let b = b(column, row);
+        sums.count += 1;
+        for k in 0..3 {
+            sums.bd[k] += b[k] * d;
+            for l in 0..3 {
+                sums.bb[k][l] += b[k] * b[l];
+            }
+        }
+    });
     sums
 }
 
