@@ -191,7 +191,7 @@ fn build(
 fn until_of(form: Emit) -> Until {
     match form {
         Emit::Ast | Emit::Job => Until::Types,
-        Emit::Path | Emit::Dwell | Emit::Residual => Until::Dwell,
+        Emit::Path | Emit::Dwell | Emit::Residual | Emit::Psd => Until::Dwell,
         Emit::Motion => Until::Motion,
         Emit::Program => Until::Program,
     }
