@@ -84,6 +84,8 @@ pub enum Emit {
     Motion,
     /// Predicted residual in metres on the error map's grid, rows towards +y (`NAME.residual.npy`).
     Residual,
+    /// Power spectral densities of the error map and of the predicted residual (`NAME.psd.json`).
+    Psd,
     /// The robot programs too.
     Program,
 }

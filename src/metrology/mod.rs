@@ -41,7 +41,7 @@ pub use registration::Registered;
 pub use resample::Similarity;
 pub use slope::{SlopeRms, slope_rms};
 pub use stitch::Seam;
-pub use surface_figures::{SurfaceFigures, surface_figures};
+pub use surface_figures::{SurfaceFigures, spectrum, surface_figures};
 pub use zernike_fit::{ZernikeFit, zernike_fit};
 
 use crate::diagnostics::Problem;

@@ -4,7 +4,7 @@
 //! known pixels whose centre lies inside the clear aperture, once piston and tilt are taken off; of the band all of the
 //! eleven lowest polynomials of Noll are, since what they leak would be taken for waves.
 
-use super::{ZernikeFit, low_order, psd, pvr, slope_rms, zernike_fit};
+use super::{Psd, ZernikeFit, low_order, psd, pvr, slope_rms, zernike_fit};
 use crate::diagnostics::{Problem, codes};
 use crate::height_map::Grid;
 use crate::job::{self, Aperture, Term};
@@ -12,7 +12,7 @@ use crate::job::{self, Aperture, Term};
 /// Polynomials of the fit: both PVr and the report have 36.
 const TERMS: usize = 36;
 
-/// What the band's figure takes off.
+/// What the band's figure and the spectrum take off.
 const LOW_ORDERS: [Term; 7] = {
     use Term::{astigmatism, coma, piston, power, spherical, tilt, trefoil};
     [piston, tilt, power, astigmatism, coma, trefoil, spherical]
@@ -31,22 +31,28 @@ pub struct SurfaceFigures {
     pub band_rms: Option<f64>,
 }
 
+/// How the mean square of a map over the clear aperture is shared out over frequencies, its low orders taken off. `None` where
+/// its pixels do not fix these.
+pub fn spectrum(grid: &Grid, clear: &Aperture) -> Option<Psd> {
+    let inside = super::cover::inside(grid, clear);
+    let mut map = grid.clone();
+    low_order::subtract(&mut map, &inside, &LOW_ORDERS)?;
+    psd(&map, &inside)
+}
+
 /// Of `grid`. Fields are `figures.…`.
 ///
 /// # Errors
 /// E0546 for a figure that the pixels cannot give.
 pub fn surface_figures(grid: &Grid, clear: &Aperture, asked: &job::Figures) -> Result<SurfaceFigures, Problem> {
     let inside = super::cover::inside(grid, clear);
-    let without = |terms: &[Term]| {
-        let mut map = grid.clone();
-        low_order::subtract(&mut map, &inside, terms).map(|_| map)
-    };
     let mut found = SurfaceFigures::default();
     let [dx, dy] = grid.pixel;
     let coarsest = dx.max(dy);
     if let Some(order) = asked.zernike {
         let few = || cannot("zernike", format!("the pixels of the clear aperture do not fix {TERMS} polynomials"));
-        let map = without(&[Term::piston, Term::tilt]).ok_or_else(few)?;
+        let mut map = grid.clone();
+        low_order::subtract(&mut map, &inside, &[Term::piston, Term::tilt]).ok_or_else(few)?;
         let fit = zernike_fit(&map, &inside, order, TERMS, clear.centre(), clear.outer_radius()).ok_or_else(few)?;
         found.pvr = Some(pvr(&map, &inside, order).ok_or_else(few)?.pvr);
         found.zernike = Some(fit);
@@ -78,8 +84,7 @@ pub fn surface_figures(grid: &Grid, clear: &Aperture, asked: &job::Figures) -> R
             return Err(cannot("band", message).help("ask for a band between the two"));
         }
         let few = || cannot("band", "the pixels of the clear aperture do not fix its low orders".into());
-        let map = without(&LOW_ORDERS).ok_or_else(few)?;
-        found.band_rms = psd(&map, &inside).map(|psd| psd.band_rms(shortest, longest));
+        found.band_rms = Some(spectrum(grid, clear).ok_or_else(few)?.band_rms(shortest, longest));
     }
     Ok(found)
 }

@@ -5,7 +5,7 @@
 
 use super::{DEGREES, rounded};
 use crate::job::{Figures, ZernikeOrder};
-use crate::metrology::{ErrorMap, MapRecord, Registered, SurfaceFigures};
+use crate::metrology::{ErrorMap, MapRecord, Profile, Psd, Registered, SurfaceFigures};
 use serde::Serialize;
 
 /// The `metrology` of a job's result.
@@ -100,6 +100,60 @@ pub struct ZernikeResult {
     pub predicted_nm: Vec<f64>,
 }
 
+/// `NAME.psd.json`: power spectral densities of the error map and of what is predicted to be left.
+#[derive(Clone, Debug, Serialize)]
+pub struct Spectra {
+    pub mask: &'static str,
+    pub removed: &'static str,
+    pub window: &'static str,
+    pub before: Spectrum,
+    pub predicted: Spectrum,
+}
+
+/// One map's densities.
+#[derive(Clone, Debug, Serialize)]
+pub struct Spectrum {
+    /// Of the windowed map: the integral of each of the one-dimensional densities.
+    pub mean_square_nm2: f64,
+    /// One-sided, of profiles along x and along y, averaged over the profiles.
+    pub along_x: Density,
+    pub along_y: Density,
+    /// The two-dimensional density, averaged over rings of equal frequency.
+    pub radial: Density,
+}
+
+#[derive(Clone, Debug, Serialize)]
+pub struct Density {
+    /// Cycles a millimetre.
+    pub frequency_per_mm: Vec<f64>,
+    pub unit: &'static str,
+    pub density: Vec<f64>,
+}
+
+/// Of the error map and of what is predicted to be left.
+pub fn spectra(before: &Psd, predicted: &Psd) -> Spectra {
+    // Six digits: more than window and pixels let mean.
+    let digits = |value: f64| format!("{value:.5e}").parse().unwrap_or(value);
+    let density = |profile: Profile, unit, scale: f64| Density {
+        frequency_per_mm: profile.frequency.iter().map(|f| rounded(f * 1e-3, 6)).collect(),
+        unit,
+        density: profile.density.iter().map(|value| digits(value * scale)).collect(),
+    };
+    let spectrum = |psd: &Psd| Spectrum {
+        mean_square_nm2: digits(psd.mean_square() * 1e18),
+        along_x: density(psd.along_x(), "nm^2 mm", 1e21),
+        along_y: density(psd.along_y(), "nm^2 mm", 1e21),
+        radial: density(psd.radial(), "nm^2 mm^2", 1e24),
+    };
+    Spectra {
+        mask: INSIDE,
+        removed: LOW_ORDERS,
+        window: "square of a sine of the distance to the mask's border, one from a quarter of the largest distance on",
+        before: spectrum(before),
+        predicted: spectrum(predicted),
+    }
+}
+
 /// What `require` may ask for, in SI, by its path without `result.`.
 pub fn results(predicted: &SurfaceFigures) -> impl Iterator<Item = (String, f64)> {
     [
@@ -163,6 +217,8 @@ fn registration(registered: &Registered) -> RegistrationResult {
 }
 
 const PISTON_AND_TILT: &str = "piston, tilt";
+const LOW_ORDERS: &str = "piston, tilt, power, astigmatism, coma, trefoil, spherical";
+const INSIDE: &str = "pixels whose centre lies inside the clear aperture";
 
 fn figures_result(asked: &Figures, [before, predicted]: &[SurfaceFigures; 2]) -> FiguresResult {
     let order = match asked.zernike {
@@ -180,7 +236,7 @@ fn figures_result(asked: &Figures, [before, predicted]: &[SurfaceFigures; 2]) ->
     };
     let millimetres = |length: f64| rounded(length * 1e3, 6);
     FiguresResult {
-        mask: "pixels whose centre lies inside the clear aperture",
+        mask: INSIDE,
         pvr: figure(
             pair(|figures| figures.pvr, 1e9),
             "nm",
@@ -211,7 +267,7 @@ fn figures_result(asked: &Figures, [before, predicted]: &[SurfaceFigures; 2]) ->
         band_rms: figure(
             pair(|figures| figures.band_rms, 1e9),
             "nm",
-            "piston, tilt, power, astigmatism, coma, trefoil, spherical",
+            LOW_ORDERS,
             asked.band.as_ref().map_or_else(String::new, |band| {
                 format!(
                     "root of the integral of the two-dimensional power spectral density over periods from {} mm to {} mm, \
