@@ -23,7 +23,11 @@ fn heights() -> Vec<f64> {
         .map(|i| {
             let (x, y) = ((i % SIZE) as f64 - 499.5, (i / SIZE) as f64 - 499.5);
             let noise = ((i as u32).wrapping_mul(2_654_435_761) >> 20) as f64 / 4096.0;
-            if x * x + y * y > 499.0 * 499.0 { f64::NAN } else { 50.0 * libm::sin(x / 90.0) * libm::cos(y / 60.0) + noise }
+            if x * x + y * y > 499.0 * 499.0 {
+                f64::NAN
+            } else {
+                50.0 * libm::sin(x / 90.0) * libm::cos(y / 60.0) + noise
+            }
         })
         .collect()
 }
