@@ -12,9 +12,9 @@ use crate::diagnostics::{Diagnostic, Problem, Severity};
 use crate::dwell::{self, SpeedSteps, TimedPath};
 use crate::eval::{self, Requirement};
 use crate::forecast::{self, Expected, Prospect, Stock};
-use crate::height_map;
+use crate::height_map::{self, Grid};
 use crate::job::{self, Job, Origins, Unchecked};
-use crate::metrology::{self, ErrorMap};
+use crate::metrology::{self, ErrorMap, SurfaceFigures};
 use crate::motion::{self, Checked, Motion, Purpose};
 use crate::path::{self, ToolPath};
 use crate::report::{self, Input, JobResult, Met};
@@ -114,6 +114,8 @@ pub struct Planned {
     pub origins: Origins,
     pub requirements: Vec<Requirement>,
     pub error_map: Option<ErrorMap>,
+    /// The figures that the job asks for: of the error map, and of what is predicted to be left.
+    pub figures: Option<[SurfaceFigures; 2]>,
     /// The nominal surface.
     surface: Option<Arc<dyn Surface>>,
     /// The path, until a later pass takes it over; see [`Planned::path`].
@@ -154,6 +156,7 @@ pub fn compile(files: &dyn FileProvider, request: &Request, watch: &dyn Watch) -
             origins: job.origins,
             requirements: job.requirements,
             error_map: None,
+            figures: None,
             surface: None,
             path: None,
             dwell: None,
@@ -176,7 +179,8 @@ pub fn compile(files: &dyn FileProvider, request: &Request, watch: &dyn Watch) -
             let in_text = |problem| in_text(problem, &planned.origins, &done.sources);
             let found: Vec<Diagnostic> = said.into_iter().map(in_text).collect();
             let warnings = warnings(&found, &compiled.allows);
-            planned.summarise(request.purpose, planned.inputs(files, &done.sources, &request.path), warnings);
+            let inputs = planned.inputs(files, &done.sources, &request.path);
+            planned.summarise(request.purpose, &request.path, inputs, warnings);
             // A program for polishing must do what the job requires; a rehearsal, or a look at a form on the way, need not.
             let finished = !found.iter().any(|d| d.severity == Severity::Error);
             if finished && request.until == Until::Program && request.purpose == Purpose::Polish {
@@ -259,6 +263,10 @@ impl Passes<'_> {
         odd.extend(refuse(tool::check(&job.tool, job.robot.as_ref()))?);
         odd.extend(refuse(output_checks(&job, until))?);
         self.said.extend(odd);
+        // A look at a plan, a rehearsal or a proof of an older program may speak of a map that is void by now.
+        if until == Until::Program && self.request.purpose == Purpose::Polish {
+            metrology::run_record::check(&self.request.path, &job, self.files).map_err(one)?;
+        }
 
         let surface: Arc<dyn Surface> = form::surface(&job.workpiece.form, self.files).map_err(one)?.into();
         self.planned.surface = Some(surface.clone());
@@ -341,6 +349,10 @@ impl Passes<'_> {
                 self.said,
             )
             .map_err(one)?;
+        }
+        if let Some(asked) = &job.figures {
+            let of = |grid: &Grid| metrology::surface_figures(grid, &job.workpiece.clear, asked).map_err(one);
+            self.planned.figures = Some([of(&error_map.grid)?, of(&outcome.residual)?]);
         }
         self.planned.dwell = Some(outcome);
         self.planned.error_map = Some(error_map);
@@ -449,6 +461,23 @@ pub fn verify(done: &mut Compilation, program: &Program) {
     render::sort(&mut done.diagnostics);
 }
 
+/// What a job lacks of which a requirement speaks.
+fn missing(requirement: &str) -> String {
+    let figures = [
+        ("predicted.pvr", "zernike: fringe"),
+        ("slope_rms", "slope_length: 2 mm"),
+        ("band_rms", "band: 1 mm .. 10 mm"),
+    ];
+    match figures.iter().find(|(result, _)| requirement.contains(result)) {
+        Some((_, field)) => {
+            format!(
+                "say in the job how the figure is to be taken, as by `figures: {{ {field} }}`, or take the line out"
+            )
+        }
+        None => "give the job the `robot` and `target` that the result comes from, or take the line out".into(),
+    }
+}
+
 /// What to say of a program that was written for another purpose: the names of a dry run's files say so.
 fn other_purpose(program: &Program, wanted: Purpose) -> Option<&'static str> {
     let dry = program.files.iter().any(|file| file.name.to_lowercase().contains("_dry"));
@@ -484,10 +513,13 @@ impl Planned {
     }
 
     /// Puts together what is known.
-    fn summarise(&mut self, purpose: Purpose, inputs: Vec<Input>, warnings: Vec<String>) {
+    fn summarise(&mut self, purpose: Purpose, job_file: &str, inputs: Vec<Input>, warnings: Vec<String>) {
         let (Some(outcome), Some(path)) = (&self.dwell, self.path()) else { return };
         let program = self.program.as_deref();
-        let results = report::results(outcome, self.beside(), path, self.motion.as_deref(), program);
+        let mut results = report::results(outcome, self.beside(), path, self.motion.as_deref(), program);
+        if let Some([_, predicted]) = &self.figures {
+            results.extend(report::metrology::results(predicted));
+        }
         self.result = Some(JobResult {
             name: self.name.clone(),
             part: self.job.workpiece.part.clone(),
@@ -496,6 +528,12 @@ impl Planned {
                 Purpose::DryRun => "dry_run",
             },
             programs: report::programs(program),
+            cycle: self.job.cycle,
+            after: self.job.after.clone(),
+            metrology: self.error_map.as_ref().map(|map| {
+                let figures = self.job.figures.as_ref().zip(self.figures.as_ref());
+                report::metrology::result(map, figures, |path| shown(path, job_file))
+            }),
             path: report::path(path),
             dwell: report::dwell(outcome),
             predicted: report::predicted(
@@ -520,19 +558,20 @@ impl Planned {
     /// The files that the job was made from, by content: the texts, then the data. Names are relative to the job's folder
     /// (the last part alone for a file elsewhere), so that a build in another place is the same.
     fn inputs(&self, files: &dyn FileProvider, sources: &Sources, job: &str) -> Vec<Input> {
-        let input = |path: &str, bytes: &[u8]| {
-            let folder = job.rfind('/').map_or("", |slash| &job[..=slash]);
-            let last = path.rsplit(['/', '\\']).next().unwrap_or(path);
-            Input {
-                file: path.strip_prefix(folder).filter(|rest| !rest.starts_with('/')).unwrap_or(last).to_string(),
-                blake3: blake3::hash(bytes).to_hex().to_string(),
-            }
+        let input = |path: &str, bytes: &[u8]| Input {
+            file: shown(path, job),
+            blake3: blake3::hash(bytes).to_hex().to_string(),
         };
         // stdlib belongs to the compiler, whose version is stated; values of `--set` stand in no file.
         let texts = sources.iter().filter(|(_, name, _)| !name.starts_with(['<', '-']));
-        let job::FormError::height_map(map) = &self.job.workpiece.error;
-        let data = std::iter::once(map.file.as_str())
-            .chain(self.job.workpiece.form.files())
+        let workpiece = &self.job.workpiece;
+        let wanted = workpiece.target.iter().flat_map(job::FormError::files);
+        let data = workpiece
+            .error
+            .files()
+            .into_iter()
+            .chain(wanted)
+            .chain(workpiece.form.files())
             .chain(self.job.tool.influence().files())
             .filter_map(|path| Some(input(path, &files.read(path, height_map::MOST_BYTES).ok()?)));
         texts.map(|(_, name, text)| input(name, text.as_bytes())).chain(data).collect()
@@ -559,12 +598,19 @@ impl Planned {
                         requirement.span,
                         format!("the requirement `{}` speaks of a result that this job does not have", found.text),
                     )
-                    .help("give the job the `robot` and `target` that the result comes from, or take the line out"),
+                    .help(missing(&found.text)),
                 ),
             }
         }
         diagnostics
     }
+}
+
+/// A file's name in a result: relative to the job's folder, the last part alone for a file elsewhere.
+fn shown(path: &str, job: &str) -> String {
+    let folder = job.rfind('/').map_or("", |slash| &job[..=slash]);
+    let last = path.rsplit(['/', '\\']).next().unwrap_or(path);
+    path.strip_prefix(folder).filter(|rest| !rest.starts_with('/')).unwrap_or(last).to_string()
 }
 
 /// A problem that no job stands behind, as a diagnostic.

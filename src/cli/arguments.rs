@@ -86,6 +86,8 @@ pub enum Emit {
     Residual,
     /// Residual against machine time: what is to be had (`NAME.pareto.json`, and a table on the screen).
     Pareto,
+    /// Power spectral densities of the error map and of the predicted residual (`NAME.psd.json`).
+    Psd,
     /// The robot programs too.
     Program,
 }

@@ -10,8 +10,9 @@ use super::{doc, fmt, new, show as shown, sweep};
 use crate::diagnostics::codes as code;
 use crate::diagnostics::{Code, Diagnostic};
 use crate::height_map;
+use crate::metrology;
 use crate::motion::Purpose;
-use crate::report::{Met, ResultFile};
+use crate::report::{self, Met, ResultFile};
 use crate::session::{self, Compilation, Planned, Request, Until, Watch};
 use crate::source::Sources;
 use crate::target::Program;
@@ -192,7 +193,7 @@ fn build(
 fn until_of(form: Emit) -> Until {
     match form {
         Emit::Ast | Emit::Job => Until::Types,
-        Emit::Path | Emit::Dwell | Emit::Residual | Emit::Pareto => Until::Dwell,
+        Emit::Path | Emit::Dwell | Emit::Residual | Emit::Pareto | Emit::Psd => Until::Dwell,
         Emit::Motion => Until::Motion,
         Emit::Program => Until::Program,
     }
@@ -235,6 +236,11 @@ fn emitted(done: &Compilation, planned: &Planned, form: Emit) -> Option<(String,
             ("residual.npy", npy(residual.columns, residual.values.clone()))
         }
         Emit::Pareto => ("pareto.json", serde_json::to_vec_pretty(planned.pareto.as_ref()?).ok()),
+        Emit::Psd => {
+            let of = |grid| metrology::spectrum(grid, &planned.job.workpiece.clear);
+            let (before, left) = (of(&planned.error_map.as_ref()?.grid)?, of(&planned.dwell.as_ref()?.residual)?);
+            ("psd.json", serde_json::to_vec_pretty(&report::metrology::spectra(&before, &left)).ok())
+        }
         Emit::Program => return None,
     };
     Some((format!("{}.{ending}", planned.name), bytes?))

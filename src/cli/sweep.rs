@@ -148,6 +148,10 @@ impl FileProvider for Once<'_> {
     fn resolve(&self, from: &str, path: &str) -> Result<String, FileError> {
         self.files.resolve(from, path)
     }
+
+    fn list(&self, path: &str) -> Result<Vec<String>, FileError> {
+        self.files.list(path)
+    }
 }
 
 struct Row {

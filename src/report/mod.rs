@@ -3,6 +3,8 @@
 //! In: the outcomes of the passes. Out: [`ResultFile`], the content of `result.json`, whose field names are fixed by the
 //! command line's page. Numbers are in the unit that their name ends with.
 
+pub mod metrology;
+
 use crate::dwell::{Choice, Outcome};
 use crate::eval::Requirement;
 use crate::forecast::{Expected, Prospect, Stock};
@@ -31,7 +33,13 @@ pub struct JobResult {
     /// `polish` or `dry_run`.
     #[serde(rename = "for")]
     pub purpose: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cycle: Option<i64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub after: Option<String>,
     pub programs: Vec<ProgramResult>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub metrology: Option<metrology::MetrologyResult>,
     pub path: PathResult,
     pub dwell: DwellResult,
     pub predicted: Predicted,

@@ -39,7 +39,7 @@ fn the_job_is_in_si_and_whole() {
         Aperture::annulus(Annulus { outer_diameter: Length(0.34), inner_diameter: Length(0.06), centre: None })
     );
     assert_eq!(job.workpiece.material.name, "fused silica");
-    let FormError::height_map(map) = &job.workpiece.error;
+    let FormError::height_map(map) = &job.workpiece.error else { panic!("a height map") };
     // Given by --set: relative to the working directory, not to the job's folder.
     assert_eq!(map.file, "maps/flat.dat");
     assert_eq!(map.subtract, [Term::piston, Term::tilt]);
@@ -182,7 +182,7 @@ fn params_are_set_and_shown() {
     let job = compiled.jobs.first().unwrap_or_else(|| panic!("{:?}", said(&compiled)));
     let Path::raster(raster) = &job.job.path else { panic!("no raster") };
     near(raster.line_pitch.0, 0.0004);
-    let FormError::height_map(map) = &job.job.workpiece.error;
+    let FormError::height_map(map) = &job.job.workpiece.error else { panic!("a height map") };
     assert_eq!(map.file, "a map.dat");
     let shown: Vec<(&str, &str)> = job.params.iter().map(|p| (p.name.as_str(), p.value.as_str())).collect();
     assert_eq!(shown, [("pitch", "0.4mm"), ("map", "\"a map.dat\"")]);

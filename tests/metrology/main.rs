@@ -7,6 +7,7 @@ mod files;
 mod formats;
 mod hostile;
 mod influence;
+mod maps;
 mod placing;
 mod reading;
 mod samples;
