@@ -5,11 +5,13 @@
 
 mod aperture;
 mod form;
+mod region;
 mod robot;
 mod target;
 
 pub use aperture::*;
 pub use form::*;
+pub use region::*;
 pub use robot::*;
 pub use target::*;
 

@@ -7,6 +7,7 @@
 pub mod chord;
 pub mod ends;
 pub mod raster;
+pub mod region;
 
 use crate::diagnostics::{Problem, codes};
 use crate::job;

@@ -3,10 +3,11 @@
 mod dwell;
 mod figures;
 mod forms;
+mod regions;
 mod robots;
 
 use serde_json::Value;
 
 type Adapter = fn(&str, &Value, &Value, &Value) -> Option<Result<Value, String>>;
 
-pub const ADAPTERS: &[Adapter] = &[dwell::run, figures::run, forms::run, robots::run];
+pub const ADAPTERS: &[Adapter] = &[dwell::run, figures::run, forms::run, regions::run, robots::run];

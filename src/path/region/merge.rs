@@ -191,7 +191,8 @@ fn sharpest_turn(kept: &[Hexagon], bridge: &[Hexagon], next: &[Hexagon], reverse
     // What lies a window away from the joint is not changed by it; a window more, and the cut ends do not matter.
     let window = weights.len();
     let before = &kept[kept.len().saturating_sub(2 * window)..];
-    let after = &next[if reversed { next.len().saturating_sub(2 * window)..next.len() } else { 0..next.len().min(2 * window) }];
+    let after =
+        &next[if reversed { next.len().saturating_sub(2 * window)..next.len() } else { 0..next.len().min(2 * window) }];
     let mut hexagons: Vec<Hexagon> = before.iter().chain(bridge).copied().collect();
     if reversed {
         hexagons.extend(after.iter().rev());

@@ -63,10 +63,7 @@ impl Mesh {
     /// Centre of a hexagon.
     pub fn place(&self, hexagon: Hexagon) -> [f64; 2] {
         let (p, q) = (f64::from(hexagon.p), f64::from(hexagon.q));
-        [
-            self.centre[0] + 0.75 * self.diagonal * p,
-            self.centre[1] + half_root_3() * self.diagonal * (q + p / 2.0),
-        ]
+        [self.centre[0] + 0.75 * self.diagonal * p, self.centre[1] + half_root_3() * self.diagonal * (q + p / 2.0)]
     }
 
     /// The hexagon that holds a place: the one whose centre is nearest. Three coordinates that sum to zero are rounded, and
@@ -171,8 +168,7 @@ impl Cells {
         };
         let ((p0, p1), (q0, q1)) = (range(|h| h.p), range(|h| h.q));
         let low = Hexagon { p: p0, q: q0 };
-        let mut cells =
-            Cells::new(Sheet { low, columns: (p1 - p0 + 1) as usize, rows: (q1 - q0 + 1) as usize });
+        let mut cells = Cells::new(Sheet { low, columns: (p1 - p0 + 1) as usize, rows: (q1 - q0 + 1) as usize });
         for hexagon in list {
             cells.insert(*hexagon);
         }

@@ -77,6 +77,10 @@ pub struct Figures {
     pub lost_volume: f64,
 }
 
+/// Part of the pixels that `bounded` leaves below zero, where the job names no other: a half percent are dust and single bad
+/// pixels, not depth.
+const USUAL_QUANTILE: f64 = 0.005;
+
 /// How much larger the region of `rms3` may be than that of `bounded` before a warning.
 const LARGER: f64 = 1.3;
 
@@ -140,7 +144,8 @@ pub fn plan(
     let mut cells =
         Cells::of(sheet, |hexagon| in_reach.contains(hexagon) && holds(error, &region.pixels, mesh.place(hexagon)));
     figures.cells = cells.len();
-    let Cleaned { dropped, filled } = mesh::clean(&mut cells, &in_reach, job.mesh.islands, job.mesh.holes);
+    let Cleaned { dropped, filled } =
+        mesh::clean(&mut cells, &in_reach, job.mesh.islands as usize, job.mesh.holes as usize);
     figures.dropped_cells = dropped.len();
     figures.filled_cells = filled.len();
     figures.cleaned_cells = cells.len();
@@ -188,12 +193,7 @@ pub fn plan(
 }
 
 /// Selects the region, and warns of lifts that are odd.
-fn region(
-    job: &RegionAdaptive,
-    error: &Grid,
-    reach: &[bool],
-    warnings: &mut Vec<Problem>,
-) -> Result<Region, Problem> {
+fn region(job: &RegionAdaptive, error: &Grid, reach: &[bool], warnings: &mut Vec<Problem>) -> Result<Region, Problem> {
     let (above, tolerance) = (job.above.0, job.tolerance.0);
     let select = |lift: Lift| {
         select::select(&error.values, reach, lift, above, tolerance).ok_or_else(|| {
@@ -209,7 +209,7 @@ fn region(
     };
     let region = select(lift)?;
     if lift == Lift::Rms3 {
-        let bounded = select(Lift::Bounded(job::Bounded::default().quantile))?;
+        let bounded = select(Lift::Bounded(USUAL_QUANTILE))?;
         if region.count as f64 > LARGER * bounded.count as f64 {
             let message = format!(
                 "`rms3` lifts {:.1} % of the area into the region, `bounded` only {:.1} %",
@@ -325,12 +325,7 @@ fn holds(grid: &Grid, pixels: &[bool], place: Place) -> bool {
 }
 
 /// Numbers that no plan can be made with.
-fn check_numbers(
-    job: &RegionAdaptive,
-    error: &Grid,
-    spot_diameter: f64,
-    most_points: u64,
-) -> Result<(), Problem> {
+fn check_numbers(job: &RegionAdaptive, error: &Grid, spot_diameter: f64, most_points: u64) -> Result<(), Problem> {
     let diagonal = job.mesh.diagonal.0;
     let positive = [("mesh.diagonal", diagonal), ("point_step", job.point_step.0)];
     for (name, value) in positive {
@@ -370,11 +365,8 @@ fn check_numbers(
             .help(format!("write `diagonal: {} mm` or more, two pixels", up(narrowest * 1e3))));
     }
     if job.point_step.0 > diagonal * (1.0 + ROUNDING) {
-        let message = format!(
-            "points {:.3} mm apart skip hexagons of {:.3} mm diagonal",
-            job.point_step.0 * 1e3,
-            diagonal * 1e3
-        );
+        let message =
+            format!("points {:.3} mm apart skip hexagons of {:.3} mm diagonal", job.point_step.0 * 1e3, diagonal * 1e3);
         return Err(Problem::error(codes::E0682, "path.point_step", message)
             .help(format!("write `point_step: {} mm` or less, the diagonal", down(diagonal * 1e3))));
     }
@@ -424,11 +416,7 @@ fn check_turn_limit(job: &RegionAdaptive, mesh: &Mesh, weights: &[f64]) -> Resul
 }
 
 /// No point may lie outside `over` by more than half a hexagon, which the centre of one on its border reaches.
-fn stays_within<'a>(
-    job: &RegionAdaptive,
-    mesh: &Mesh,
-    points: impl Iterator<Item = &'a Place>,
-) -> Result<(), Problem> {
+fn stays_within<'a>(job: &RegionAdaptive, mesh: &Mesh, points: impl Iterator<Item = &'a Place>) -> Result<(), Problem> {
     let outside = points.map(|point| (-job.over.distance(point[0], point[1]), *point));
     let Some((most, [x, y])) = outside.max_by(|a, b| a.0.total_cmp(&b.0)) else { return Ok(()) };
     if most <= mesh.step() / 2.0 {
@@ -440,10 +428,8 @@ fn stays_within<'a>(
         x * 1e3 + 0.0,
         y * 1e3 + 0.0
     );
-    Err(Problem::error(codes::E0686, "path.smoothing", message).help(format!(
-        "smooth over fewer nodes, or let `over` end {} mm farther in",
-        up(most * 1e3)
-    )))
+    Err(Problem::error(codes::E0686, "path.smoothing", message)
+        .help(format!("smooth over fewer nodes, or let `over` end {} mm farther in", up(most * 1e3))))
 }
 
 /// No two points of a run lie farther apart than a hexagon and a half: between them the tool would cross what is not to be
@@ -453,12 +439,8 @@ pub fn check_jumps(runs: &[Vec<Place>], diagonal: f64) -> Result<(), Problem> {
         let length = smooth::length(pair);
         if !(length <= 1.5 * diagonal) {
             let [x, y] = pair[0];
-            let message = format!(
-                "a run of the path jumps {:.3} mm from x {:.3} mm, y {:.3} mm",
-                length * 1e3,
-                x * 1e3,
-                y * 1e3
-            );
+            let message =
+                format!("a run of the path jumps {:.3} mm from x {:.3} mm, y {:.3} mm", length * 1e3, x * 1e3, y * 1e3);
             return Err(Problem::error(codes::E0687, "path", message)
                 .help(format!("lift the tool where the path goes on more than {:.3} mm away", 1.5 * diagonal * 1e3)));
         }

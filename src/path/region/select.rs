@@ -94,8 +94,11 @@ pub fn select(heights: &[f64], reach: &[bool], lift: Lift, above: f64, tolerance
     };
     let threshold = statistics.mean + above - lift;
     // The lifted map is never negative: a lift of less than nothing selects what stands higher than `above` at least.
-    let pixels: Vec<bool> =
-        heights.iter().zip(reach).map(|(h, reach)| *reach && *h > threshold && *h - statistics.mean + lift > 0.0).collect();
+    let pixels: Vec<bool> = heights
+        .iter()
+        .zip(reach)
+        .map(|(h, reach)| *reach && *h > threshold && *h - statistics.mean + lift > 0.0)
+        .collect();
     let mut region = Region { count: 0, pixels, statistics, lift, threshold, height_sum: 0.0 };
     region.count = region.pixels.iter().filter(|pixel| **pixel).count();
     let chosen = heights.iter().zip(&region.pixels).filter(|(_, chosen)| **chosen);
