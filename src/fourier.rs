@@ -1,6 +1,7 @@
 //! Convolution of a real grid with a fixed kernel by discrete Fourier transform, and its transpose.
 //!
-//! In: a kernel, once; then grids. Out: the cyclic convolution, or the cyclic correlation, which is its exact transpose.
+//! In: a kernel, once; then grids. Out: the cyclic convolution, or the cyclic correlation, which is its exact transpose;
+//! and of a grid alone its [power spectrum](power_spectrum).
 //! Why our own: a solved dwell time decides a printed digit of a robot program, and a program must not depend on the
 //! processor. The libraries choose vector instructions at run time and take their roots of unity from the platform's
 //! sine, so their last bits differ between machines. Here every operation is written out, in one order, on plain `f64`,
@@ -247,6 +248,26 @@ impl Convolution {
         convolution
     }
 
+    /// A filter: the same with `shape` of each value of the kernel's spectrum, real and imaginary part, in its place. `shape`
+    /// of the conjugate value must be the conjugate, so that a real grid stays real.
+    pub fn shaped(
+        rows: usize,
+        columns: usize,
+        kernel: &[f64],
+        shape: impl Fn([f64; 2]) -> [f64; 2] + Sync,
+    ) -> Convolution {
+        let mut convolution = Convolution::new(rows, columns, kernel);
+        let (size, count) = (columns * BLOCK, (rows * columns) as f64);
+        convolution.kernel.par_chunks_mut(2 * size).for_each(|block| {
+            let (re, im) = block.split_at_mut(size);
+            for (re, im) in re.iter_mut().zip(im) {
+                let shaped = shape([*re * count, *im * count]);
+                (*re, *im) = (shaped[0] / count, shaped[1] / count);
+            }
+        });
+        convolution
+    }
+
     /// `grid` becomes its convolution with the kernel.
     pub fn convolve(&mut self, grid: &mut [f64]) {
         self.transform_rows(grid);
@@ -378,6 +399,27 @@ impl Convolution {
     }
 }
 
+/// The squared magnitudes of a grid's transform, not normalised: row-major, `rows / 2 + 1` frequencies of the first axis
+/// (the others are the mirror images of a real grid) by all `columns` of the second. Lengths as for [`Convolution::new`].
+pub fn power_spectrum(rows: usize, columns: usize, grid: &[f64]) -> Vec<f64> {
+    let transform = Convolution::new(rows, columns, grid);
+    // The kernel's spectrum was divided by the number of pixels.
+    let scale = (rows * columns) as f64;
+    let frequencies = rows / 2 + 1;
+    let mut power = vec![0.0; frequencies * columns];
+    for (b, block) in transform.kernel.chunks_exact(2 * columns * BLOCK).enumerate() {
+        let (re, im) = block.split_at(columns * BLOCK);
+        for j in 0..BLOCK.min(frequencies - b * BLOCK) {
+            let line = &mut power[(b * BLOCK + j) * columns..][..columns];
+            for (column, value) in line.iter_mut().enumerate() {
+                let (re, im) = (re[column * BLOCK + j] * scale, im[column * BLOCK + j] * scale);
+                *value = re * re + im * im;
+            }
+        }
+    }
+    power
+}
+
 impl Room {
     fn clear(&mut self, size: usize) {
         for part in [&mut self.re, &mut self.im] {
@@ -446,6 +488,24 @@ mod tests {
     }
 
     #[test]
+    fn a_shaped_kernel_filters() {
+        // A cosine with 3 periods along the columns, and an even kernel 1/4, 1/2, 1/4 along them: its transfer there is
+        // (1 + cos(2 pi 3 / n)) / 2. Shaped into its square root it passes the root of that.
+        let (rows, columns) = (6, 20);
+        let mut kernel = vec![0.0; rows * columns];
+        (kernel[0], kernel[1], kernel[columns - 1]) = (0.5, 0.25, 0.25);
+        let turn = 2.0 * std::f64::consts::PI * 3.0 / columns as f64;
+        let wave: Vec<f64> = (0..rows * columns).map(|i| libm::cos(turn * (i % columns) as f64)).collect();
+        let mut filtered = wave.clone();
+        Convolution::shaped(rows, columns, &kernel, |[re, im]| [libm::sqrt(libm::hypot(re, im)), 0.0])
+            .convolve(&mut filtered);
+        let passed = libm::sqrt((1.0 + libm::cos(turn)) / 2.0);
+        for (found, wave) in filtered.iter().zip(&wave) {
+            assert!((found - passed * wave).abs() < 1e-14, "{found} {}", passed * wave);
+        }
+    }
+
+    #[test]
     fn a_long_transform_agrees_with_the_library() {
         // realfft is the oracle: one row pair of a 1-D problem, the kernel a unit impulse moved by one.
         let n = 360;
@@ -462,6 +522,29 @@ mod tests {
         transform.process(&mut input, &mut output).expect("lengths agree");
         for (k, value) in output.iter().enumerate() {
             assert!((re[k * BLOCK + 3] - value.re).abs() < 1e-12 && (im[k * BLOCK + 3] - value.im).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn the_power_spectrum_is_the_sum_it_is_defined_by() {
+        for (rows, columns) in [(2, 2), (5, 6), (15, 10), (36, 18), (40, 4)] {
+            let grid = noise(rows * columns, 9);
+            let found = power_spectrum(rows, columns, &grid);
+            assert_eq!(found.len(), (rows / 2 + 1) * columns);
+            for (i, found) in found.iter().enumerate() {
+                let (k, l) = (i / columns, i % columns);
+                let (mut re, mut im) = (0.0, 0.0);
+                for (j, value) in grid.iter().enumerate() {
+                    let turn = (k * (j / columns)) as f64 / rows as f64 + (l * (j % columns)) as f64 / columns as f64;
+                    let (sine, cosine) = libm::sincos(-2.0 * std::f64::consts::PI * turn);
+                    (re, im) = (re + value * cosine, im + value * sine);
+                }
+                let expected = re * re + im * im;
+                assert!(
+                    (found - expected).abs() < 1e-11 * (rows * columns) as f64,
+                    "{rows} x {columns}, {i}: {found} {expected}"
+                );
+            }
         }
     }
 

@@ -8,12 +8,14 @@ mod form;
 mod region;
 mod robot;
 mod target;
+mod uncertainty;
 
 pub use aperture::*;
 pub use form::*;
 pub use region::*;
 pub use robot::*;
 pub use target::*;
+pub use uncertainty::*;
 
 use crate::source::Span;
 use crate::units::si::*;
@@ -50,6 +52,7 @@ pub struct Job {
     pub tool: Tool,
     pub path: Path,
     pub dwell: Dwell,
+    pub uncertainty: Option<Uncertainty>,
     pub robot: Option<Robot>,
     pub target: Option<Target>,
     pub unchecked: Option<Vec<Unchecked>>,
