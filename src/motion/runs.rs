@@ -22,7 +22,7 @@ pub(super) fn split(lines: &[Line], room: Room) -> Result<Vec<Span>, Problem> {
     let size = |points: usize, lines: usize| points.saturating_mul(room.point).saturating_add(lines * room.line);
     for (i, line) in lines.iter().enumerate() {
         if size(line.points.len(), 1) > room.total {
-            let most = room.total.saturating_sub(room.line) / room.point.max(1);
+            let most = room.line_points();
             let message = format!(
                 "line {} of the path has {} points, one file of the program holds {most}",
                 i + 1,

@@ -104,7 +104,7 @@ pub fn run(setup: &Setup, index: usize) -> Result<(Vec<u8>, usize), Problem> {
             out.extend_from_slice(b"ENDSPLINE\r\n");
         }
     }
-    move_to(setup, &mut out, Move::Straight, run.retract, retract_configuration, travel)
+    move_to(setup, &mut out, Move::Straight, run.retract, retract_configuration, run.retract_speed)
         .ok_or_else(|| bad("the retract point"))?;
     out.shrink_to_fit();
     let lines = out.iter().filter(|byte| **byte == b'\n').count();
