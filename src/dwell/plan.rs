@@ -98,7 +98,8 @@ pub fn solve(task: Task, warnings: &mut Vec<Problem>) -> Result<Outcome, Problem
     let slowest = vec![limits.least; segments.length.len()];
     let mut upper = speed::times(&slowest, &segments, &limits);
     solver::raise(&mut upper, &lower);
-    let (start, inside) = start(&mut operator, &coarse, &segments, &depths, base)?;
+    let everywhere = task.path.region.is_none();
+    let (start, inside) = start(&mut operator, &coarse, &segments, &depths, base, everywhere)?;
 
     let stop = Stop { elsewhere: (1.0 - fraction) * coarse.rms(), ..STOP };
     let mut solver = Solver {

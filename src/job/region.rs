@@ -1,6 +1,6 @@
 //! The region-adaptive path, as the job describes it.
 
-use super::{Aperture, Empty};
+use super::{Aperture, Empty, Landing};
 use crate::units::si::{Angle, Length};
 use serde::{Deserialize, Serialize};
 
@@ -24,6 +24,8 @@ pub struct RegionAdaptive {
     pub turn_limit: Angle,
     /// Most that the path may leave a curved surface between two points.
     pub chord_error: Length,
+    /// How the tool lands on the glass, where lines start and end there.
+    pub landing: Option<Landing>,
 }
 
 /// How far the map is lifted before it is cut.

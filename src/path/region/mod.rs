@@ -15,7 +15,9 @@
 //!
 //! Source: the region-adaptive paper's equations 1 to 4 and both listings; where this differs the file says so.
 
+pub mod checks;
 pub mod coverage;
+mod figures;
 pub mod fill;
 pub mod merge;
 pub mod mesh;
@@ -23,10 +25,12 @@ pub mod select;
 pub mod smooth;
 pub mod turns;
 
+use super::{Laid, Line, Link, Setting, Strategy};
 use crate::diagnostics::{Problem, codes};
 use crate::height_map::Grid;
-use crate::job::{self, Merge, RegionAdaptive};
+use crate::job::{self, Aperture, Crossing, Landing, Merge, Pass, RegionAdaptive};
 use coverage::Coverage;
+pub use figures::Figures;
 use merge::{Merged, Within};
 use mesh::{Cells, Cleaned, Hexagon, Mesh};
 use select::{Lift, Region};
@@ -41,64 +45,56 @@ pub struct RegionPath {
     pub figures: Figures,
 }
 
-/// What is to be said of a plan. Lengths in metres, volumes in cubic metres.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Figures {
-    /// Of the error within reach, about its mean.
-    pub rms: f64,
-    /// What the map was lifted by.
-    pub lift: f64,
-    /// Area of the region, and its part of the known area within reach.
-    pub area: f64,
-    pub area_share: f64,
-    /// Glass that stands above the lifted level in the region.
-    pub volume: f64,
-    /// Hexagons whose centre lies in the region, and after islands were dropped and holes filled.
-    pub cells: usize,
-    pub cleaned_cells: usize,
-    pub dropped_cells: usize,
-    pub filled_cells: usize,
-    /// Connected parts.
-    pub parts: usize,
-    /// Paths as they were filled, and after merging.
-    pub primary_paths: usize,
-    pub merged_paths: usize,
-    /// Hexagons cut off the tails of paths, of paths dropped, and visited once more.
-    pub trimmed: usize,
-    pub dropped_nodes: usize,
-    pub bridged: usize,
-    /// Places where a path was cut because it turned too sharply, and the sharpest turn that is left, radians.
-    pub cuts: usize,
-    pub sharpest_turn: f64,
-    /// Of the region's pixels: part within a diagonal of a point of the path, greatest distance of any from one, and the volume
-    /// above the lifted level at those that are farther away than a diagonal.
-    pub coverage: f64,
-    pub farthest: f64,
-    pub lost_volume: f64,
-}
-
 /// Part of the pixels that `bounded` leaves below zero, where the job names no other: a half percent are dust and single bad
 /// pixels, not depth.
 const USUAL_QUANTILE: f64 = 0.005;
 
-/// How much larger the region of `rms3` may be than that of `bounded` before a warning.
-const LARGER: f64 = 1.3;
+impl Strategy for RegionAdaptive {
+    fn over(&self) -> &Aperture {
+        &self.over
+    }
+    /// Of the columns of the mesh.
+    fn line_pitch(&self) -> f64 {
+        0.75 * self.mesh.diagonal.0
+    }
+    fn chord_error(&self) -> f64 {
+        self.chord_error.0
+    }
+    /// A hole of the part is not measured, so it belongs to no region.
+    fn crosses_holes(&self) -> bool {
+        false
+    }
+    fn holes(&self) -> Option<&Crossing> {
+        None
+    }
+    fn landing(&self) -> Option<Landing> {
+        self.landing
+    }
+    fn needs_measurement(&self) -> bool {
+        true
+    }
 
-/// Part of the region's volume that may be lost without a warning: less than what an influence function is known to.
-const LOST: f64 = 0.01;
-
-/// Part of the spot's diameter that a hexagon's diagonal may be: columns then lie at most three sixteenths of the spot apart,
-/// which leaves no ripple.
-const SPOT_PART: f64 = 0.25;
-
-/// Pixels across a hexagon: fewer, and the map does not say whether it belongs to the region.
-const PIXELS_ACROSS: f64 = 2.0;
-
-/// Rounding of sizes that are written in millimetres, as a part of them.
-const ROUNDING: f64 = 1e-9;
+    /// # Errors
+    ///
+    /// Those of [`plan`].
+    fn lay(&self, _: Pass, setting: &Setting) -> Result<Laid, Problem> {
+        let Some(measured) = &setting.measured else {
+            let message = "a region is selected from the error map, and there is none";
+            return Err(Problem::error(codes::E0683, "path", message).help("give the workpiece an `error`"));
+        };
+        let planned = plan(self, &measured.error.grid, 2.0 * measured.influence.radius(), setting.most_points)?;
+        let mut laid = Laid { region: Some(planned.figures), ..Laid::default() };
+        for run in planned.runs {
+            let start = laid.places.len();
+            laid.places.extend(run);
+            laid.lines.push(Line { points: start..laid.places.len(), link: Link::Lifted });
+        }
+        Ok(laid)
+    }
+}
 
 /// Plans the path over the region where the error is high. `spot_diameter` is the width of what the tool removes at a time;
-/// `most_points` limits hexagons and points. Fields are `path.…`. What leaves the plan usable is said to `warnings`.
+/// `most_points` limits hexagons and points. Fields are `path.…`.
 ///
 /// A plan without runs is no failure: nothing stands too high.
 ///
@@ -108,21 +104,15 @@ const ROUNDING: f64 = 1e-9;
 /// small for the map. E0682: points farther apart than hexagons. E0683: the map knows nothing within reach. E0684: the smoothing
 /// window is longer than every path. E0685: the mesh itself turns more sharply than the turn limit. E0686: smoothing takes the
 /// path out of `over`. E0687: a jump inside a run.
-pub fn plan(
-    job: &RegionAdaptive,
-    error: &Grid,
-    spot_diameter: f64,
-    most_points: u64,
-    warnings: &mut Vec<Problem>,
-) -> Result<RegionPath, Problem> {
-    check_numbers(job, error, spot_diameter, most_points)?;
+pub fn plan(job: &RegionAdaptive, error: &Grid, spot_diameter: f64, most_points: u64) -> Result<RegionPath, Problem> {
+    checks::numbers(job, error, spot_diameter, most_points)?;
     let reach: Vec<bool> = (0..error.values.len())
         .map(|i| {
             let [x, y] = error.position(i / error.columns, i % error.columns);
             job.over.contains(x, y)
         })
         .collect();
-    let region = region(job, error, &reach, warnings)?;
+    let (region, bounded) = region(job, error, &reach)?;
     let mesh = Mesh { diagonal: job.mesh.diagonal.0, centre: job.over.centre() };
     let pixel_area = error.pixel[0] * error.pixel[1];
     let mut figures = Figures {
@@ -130,6 +120,8 @@ pub fn plan(
         lift: region.lift,
         area: region.count as f64 * pixel_area,
         area_share: region.count as f64 / region.statistics.count as f64,
+        bounded_share: bounded as f64 / region.statistics.count as f64,
+        stated_lift: matches!(job.lift, job::Lift::fixed(_)),
         volume: region.height_sum * pixel_area,
         coverage: 1.0,
         ..Figures::default()
@@ -151,7 +143,7 @@ pub fn plan(
     figures.cleaned_cells = cells.len();
 
     let weights = smooth::weights(job.smoothing, smooth::half_window(job.smoothing));
-    check_turn_limit(job, &mesh, &weights)?;
+    checks::turn_limit(job, &mesh, &weights)?;
     let parts = cells.components();
     figures.parts = parts.len();
     let reach_of_spot = (spot_diameter / mesh.diagonal).round() as usize;
@@ -188,15 +180,13 @@ pub fn plan(
         figures.coverage = 0.0;
         figures.lost_volume = figures.volume;
     }
-    warn_of_loss(&figures, warnings);
     Ok(RegionPath { runs, region, figures })
 }
 
-/// Selects the region, and warns of lifts that are odd.
-fn region(job: &RegionAdaptive, error: &Grid, reach: &[bool], warnings: &mut Vec<Problem>) -> Result<Region, Problem> {
-    let (above, tolerance) = (job.above.0, job.tolerance.0);
+/// Selects the region as the job says; beside it, the number of pixels that the bounded lift would select.
+fn region(job: &RegionAdaptive, error: &Grid, reach: &[bool]) -> Result<(Region, usize), Problem> {
     let select = |lift: Lift| {
-        select::select(&error.values, reach, lift, above, tolerance).ok_or_else(|| {
+        select::select(&error.values, reach, lift, job.above.0, job.tolerance.0).ok_or_else(|| {
             let message = "the error map has no known pixel inside `over`";
             Problem::error(codes::E0683, "path.over", message)
                 .help("let `over` lie where the part was measured; its usual place is the clear aperture")
@@ -208,35 +198,8 @@ fn region(job: &RegionAdaptive, error: &Grid, reach: &[bool], warnings: &mut Vec
         job::Lift::fixed(fixed) => Lift::Fixed(fixed.height.0),
     };
     let region = select(lift)?;
-    if lift == Lift::Rms3 {
-        let bounded = select(Lift::Bounded(USUAL_QUANTILE))?;
-        if region.count as f64 > LARGER * bounded.count as f64 {
-            let message = format!(
-                "`rms3` lifts {:.1} % of the area into the region, `bounded` only {:.1} %",
-                1e2 * region.count as f64 / region.statistics.count as f64,
-                1e2 * bounded.count as f64 / region.statistics.count as f64
-            );
-            warnings.push(
-                Problem::warning(codes::W0642, "path.lift", message)
-                    .note("three times the RMS is more than the depth of the lowest places: the map has a few high bumps on good ground")
-                    .help("write `lift: bounded`"),
-            );
-        }
-    }
-    if !matches!(lift, Lift::Fixed(_)) && region.lift < 0.0 && region.count > 0 {
-        let message = format!(
-            "the error has {:.2} nm RMS, so small that the lift is {:.2} nm: only single peaks stand above {:.2} nm",
-            region.statistics.rms * 1e9,
-            region.lift * 1e9,
-            above * 1e9
-        );
-        warnings.push(
-            Problem::warning(codes::W0643, "path.lift", message)
-                .note("the part may be finished within `tolerance`")
-                .help("make `tolerance` and `above` smaller if the rest shall be corrected too"),
-        );
-    }
-    Ok(region)
+    let bounded = if lift == Lift::Rms3 { select(Lift::Bounded(USUAL_QUANTILE))?.count } else { region.count };
+    Ok((region, bounded))
 }
 
 /// Fills and merges every connected part for itself: the largest first, then always the one nearest to where the last path
@@ -280,21 +243,15 @@ fn runs(
     most_points: u64,
     figures: &mut Figures,
 ) -> Result<Vec<Vec<Place>>, Problem> {
-    let longest = paths.iter().map(Vec::len).max().unwrap_or(0);
-    if longest > 0 && longest < weights.len() {
-        let widest = (longest.max(1) - 1) / 2;
-        let message = format!(
-            "the smoothing window has {} nodes, and the longest path only {longest}: it would be bent as a whole",
-            weights.len()
-        );
-        return Err(Problem::error(codes::E0684, "path.smoothing", message).help(format!(
-            "write `smoothing: {:.2}` or less (0 for none), or drop such paths by `mesh.islands: {longest}`",
-            ((widest as f64 + 1.0) / 3.0 * 100.0).floor() / 100.0
-        )));
-    }
+    checks::window(paths, weights.len())?;
     let mut runs = Vec::new();
     let mut points = 0_u64;
     for path in paths {
+        if path.len() < 2 {
+            // A place to stand is no way to go.
+            figures.dropped_nodes += path.len();
+            continue;
+        }
         let nodes: Vec<Place> = path.iter().map(|hexagon| mesh.place(*hexagon)).collect();
         let pieces = turns::pieces(nodes, weights, job.turn_limit.0);
         figures.cuts += pieces.len() - 1;
@@ -310,8 +267,8 @@ fn runs(
             runs.push(smooth::resample(&piece, job.point_step.0));
         }
     }
-    stays_within(job, mesh, runs.iter().flatten())?;
-    check_jumps(&runs, mesh.diagonal)?;
+    checks::stays_within(job, mesh, runs.iter().flatten())?;
+    checks::jumps(&runs, mesh.diagonal)?;
     Ok(runs)
 }
 
@@ -322,147 +279,4 @@ fn holds(grid: &Grid, pixels: &[bool], place: Place) -> bool {
     let (column, row) = (index(0), index(1));
     let on_the_map = column >= 0.0 && row >= 0.0 && column < grid.columns as f64 && row < grid.rows as f64;
     on_the_map && pixels[row as usize * grid.columns + column as usize]
-}
-
-/// Numbers that no plan can be made with.
-fn check_numbers(job: &RegionAdaptive, error: &Grid, spot_diameter: f64, most_points: u64) -> Result<(), Problem> {
-    let diagonal = job.mesh.diagonal.0;
-    let positive = [("mesh.diagonal", diagonal), ("point_step", job.point_step.0)];
-    for (name, value) in positive {
-        if !(value > 0.0 && value.is_finite()) {
-            let message = format!("`{name}` is {} mm; it must be positive", value * 1e3);
-            return Err(Problem::error(codes::E0640, format!("path.{name}"), message));
-        }
-    }
-    for (name, value) in [("above", job.above.0), ("tolerance", job.tolerance.0)] {
-        if !(value >= 0.0 && value.is_finite()) {
-            let message = format!("`{name}` is {} nm; it must not be negative", value * 1e9);
-            return Err(Problem::error(codes::E0640, format!("path.{name}"), message));
-        }
-    }
-    if let Some(problem) = crate::workpiece::aperture::check(&job.over, "path.over") {
-        return Err(problem);
-    }
-    let widest = SPOT_PART * spot_diameter;
-    if diagonal > widest * (1.0 + ROUNDING) {
-        let message = format!(
-            "hexagons of {:.3} mm diagonal are too large for a spot of {:.3} mm diameter: the columns would show",
-            diagonal * 1e3,
-            spot_diameter * 1e3
-        );
-        return Err(Problem::error(codes::E0680, "path.mesh.diagonal", message)
-            .help(format!("write `diagonal: {} mm` or less, a quarter of the spot", down(widest * 1e3))));
-    }
-    let pixel = error.pixel[0].max(error.pixel[1]);
-    let narrowest = PIXELS_ACROSS * pixel;
-    if diagonal < narrowest * (1.0 - ROUNDING) {
-        let message = format!(
-            "hexagons of {:.3} mm diagonal are too small for a map of {:.3} mm a pixel, which cannot tell them apart",
-            diagonal * 1e3,
-            pixel * 1e3
-        );
-        return Err(Problem::error(codes::E0681, "path.mesh.diagonal", message)
-            .help(format!("write `diagonal: {} mm` or more, two pixels", up(narrowest * 1e3))));
-    }
-    if job.point_step.0 > diagonal * (1.0 + ROUNDING) {
-        let message =
-            format!("points {:.3} mm apart skip hexagons of {:.3} mm diagonal", job.point_step.0 * 1e3, diagonal * 1e3);
-        return Err(Problem::error(codes::E0682, "path.point_step", message)
-            .help(format!("write `point_step: {} mm` or less, the diagonal", down(diagonal * 1e3))));
-    }
-    let bounds = job.over.bounds();
-    let mesh = Mesh { diagonal, centre: job.over.centre() };
-    let count = mesh.count(bounds.min, bounds.max);
-    // A sheet has up to twice the hexagons of the box that it covers.
-    if count > 2.0 * most_points as f64 {
-        let message = format!("about {count:.0} hexagons lie over the area; the limit is {}", 2 * most_points);
-        return Err(Problem::error(codes::E0641, "path.mesh.diagonal", message).help("make `diagonal` larger"));
-    }
-    Ok(())
-}
-
-/// A hundredth of a millimetre down, or up: numbers that pass and can be written.
-fn down(millimetres: f64) -> f64 {
-    (millimetres * 100.0 * (1.0 + ROUNDING)).floor() / 100.0
-}
-fn up(millimetres: f64) -> f64 {
-    (millimetres * 100.0 * (1.0 - ROUNDING)).ceil() / 100.0
-}
-
-/// A corner of the mesh turns by 60 degrees, and by less once it is smoothed. A limit below that would cut every path to pieces.
-fn check_turn_limit(job: &RegionAdaptive, mesh: &Mesh, weights: &[f64]) -> Result<(), Problem> {
-    let corner = Hexagon::default();
-    let way = |direction: i32, steps: usize| {
-        std::iter::successors(Some(corner), move |h| Some(h.neighbour(direction))).take(steps + 1)
-    };
-    let mut hexagons: Vec<Hexagon> = way(3, weights.len()).collect();
-    hexagons.reverse();
-    hexagons.extend(way(1, weights.len()).skip(1));
-    let nodes: Vec<Place> = hexagons.into_iter().map(|hexagon| mesh.place(hexagon)).collect();
-    let own = smooth::turns(&smooth::smooth(&nodes, weights, smooth::Ends::Reflected)).into_iter().fold(0.0, f64::max);
-    if job.turn_limit.0 >= own {
-        return Ok(());
-    }
-    let degrees = |angle: f64| angle * 180.0 / std::f64::consts::PI;
-    let message = format!(
-        "a corner of the mesh turns by {:.1} deg once it is smoothed, more than `turn_limit`, {:.1} deg",
-        degrees(own),
-        degrees(job.turn_limit.0)
-    );
-    Err(Problem::error(codes::E0685, "path.turn_limit", message).help(format!(
-        "write `turn_limit: {:.0} deg` or more; 90 deg cuts only where a path comes back on itself",
-        degrees(own).ceil()
-    )))
-}
-
-/// No point may lie outside `over` by more than half a hexagon, which the centre of one on its border reaches.
-fn stays_within<'a>(job: &RegionAdaptive, mesh: &Mesh, points: impl Iterator<Item = &'a Place>) -> Result<(), Problem> {
-    let outside = points.map(|point| (-job.over.distance(point[0], point[1]), *point));
-    let Some((most, [x, y])) = outside.max_by(|a, b| a.0.total_cmp(&b.0)) else { return Ok(()) };
-    if most <= mesh.step() / 2.0 {
-        return Ok(());
-    }
-    let message = format!(
-        "smoothing takes the path {:.3} mm out of `over` at x {:.3} mm, y {:.3} mm",
-        most * 1e3,
-        x * 1e3 + 0.0,
-        y * 1e3 + 0.0
-    );
-    Err(Problem::error(codes::E0686, "path.smoothing", message)
-        .help(format!("smooth over fewer nodes, or let `over` end {} mm farther in", up(most * 1e3))))
-}
-
-/// No two points of a run lie farther apart than a hexagon and a half: between them the tool would cross what is not to be
-/// polished.
-pub fn check_jumps(runs: &[Vec<Place>], diagonal: f64) -> Result<(), Problem> {
-    for pair in runs.iter().flat_map(|run| run.windows(2)) {
-        let length = smooth::length(pair);
-        if !(length <= 1.5 * diagonal) {
-            let [x, y] = pair[0];
-            let message =
-                format!("a run of the path jumps {:.3} mm from x {:.3} mm, y {:.3} mm", length * 1e3, x * 1e3, y * 1e3);
-            return Err(Problem::error(codes::E0687, "path", message)
-                .help(format!("lift the tool where the path goes on more than {:.3} mm away", 1.5 * diagonal * 1e3)));
-        }
-    }
-    Ok(())
-}
-
-/// Says what of the region the path does not reach.
-fn warn_of_loss(figures: &Figures, warnings: &mut Vec<Problem>) {
-    if figures.lost_volume <= LOST * figures.volume {
-        return;
-    }
-    let cubic = 1e9;
-    let message = format!(
-        "{:.2e} mm^3 of the {:.2e} mm^3 that the region asks for lie farther than a hexagon from the path, up to {:.1} mm",
-        figures.lost_volume * cubic,
-        figures.volume * cubic,
-        figures.farthest * 1e3
-    );
-    warnings.push(
-        Problem::warning(codes::W0641, "path.mesh", message)
-            .note(format!("{} of {} hexagons were dropped as islands", figures.dropped_cells, figures.cells))
-            .help("lower `islands`, or make `diagonal` smaller"),
-    );
 }
