@@ -29,8 +29,9 @@ pub(super) fn split(lines: &[Line], room: Room) -> Result<Vec<Span>, Problem> {
                 line.points.len()
             );
             return Err(Problem::error(codes::E0804, "path.point_step", message).help(
-                "a run is never broken inside a line: take a larger `point_step`, or raise the limits of one file in \
-                 `target.controller` (`module_bytes`, `file_lines`) if the controller takes larger files",
+                "a line is broken only where the path says how the tool lands there: say `landing` in `path`, take a larger \
+                 `point_step`, or raise the limits of one file in `target.controller` (`module_bytes`, `file_lines`) if the \
+                 controller takes larger files",
             ));
         }
         match runs.last_mut() {

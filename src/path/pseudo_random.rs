@@ -145,9 +145,11 @@ impl Nodes {
     fn beside(&self, n: usize, w: usize) -> Option<usize> {
         let [dx, dy] = WAYS[w];
         let (column, row) = ((n % self.columns) as i64 + dx, (n / self.columns) as i64 + dy);
-        let there = (0..self.columns as i64).contains(&column) && (0..self.rows as i64).contains(&row);
+        if !(0..self.columns as i64).contains(&column) || !(0..self.rows as i64).contains(&row) {
+            return None;
+        }
         let next = row as usize * self.columns + column as usize;
-        (there && self.inside[next]).then_some(next)
+        self.inside[next].then_some(next)
     }
 
     /// Its lower left square.
@@ -308,10 +310,10 @@ mod tests {
             prop_assert!(!crosses(&path));
             prop_assert!((0..path.points.len()).all(|i| over.contains(path.points.x[i], path.points.y[i])));
             prop_assert!(sharpest_turn(&path) <= 45.1f64.to_radians(), "{}", sharpest_turn(&path).to_degrees());
-            // Inside the covered squares no place lies farther off than √2 p - p/2; a node that does not fit leaves its own
-            // width and its distance to the rim.
+            // Inside the covered squares no place lies farther off than √2 p - p/2, and s²/4p that chords cut off; a node that
+            // does not fit leaves its own width and its distance to the rim.
             let farthest = farthest(&path, |x, y| over.distance(x, y) > 4e-3);
-            prop_assert!(farthest <= 0.915e-3, "{}", farthest);
+            prop_assert!(farthest <= 0.945e-3, "{}", farthest);
             // An independent writing of the construction, in NumPy, gave 0.13 to 0.18 at this width.
             let uneven = unevenness(&path, 1.2e-3, |x, y| over.distance(x, y) > 5.5e-3);
             prop_assert!(uneven < 0.25, "{}", uneven);

@@ -10,8 +10,8 @@
 //! Points lie `point_step` apart along the spiral, counted from the rim; nearer to one another where that would be more than
 //! 45 degrees about the centre ([`round::TURN`]). The last step, at the centre or the hole, is what is left.
 //!
-//! A strip as wide as the pitch covers every place once, the centre included: at constant feed a spiral removes evenly. A
-//! pass moved by a part of the pitch is a pass turned by that part of a turn.
+//! A strip as wide as the pitch covers every place once, the centre included: at constant feed a spiral removes evenly, but for the
+//! way outwards that is part of every turn, which shows at the centre: 2 % for a Gaussian of 1.5 pitches. A pass moved by a part of the pitch is a pass turned by that part of a turn.
 
 use super::round::{self, Ring};
 use super::{Laid, Line, Link, Setting, Strategy};
@@ -154,8 +154,12 @@ mod tests {
     #[test]
     fn even_feed_removes_evenly() {
         let path = planned(&spiral(circle(40.0), 0.5, 1.0, Start::outside, Hand::anticlockwise));
+        // The spiral is longer than its turns, by the integral of (√(1 + θ²) - θ) p/2π, weighed by the Gaussian: 0.27 mm at the
+        // centre, of the 2πσ²/p = 14.1 mm that all turns come to.
         let spread = unevenness(&path, 1.5e-3, |x, y| libm::hypot(x, y) < 13e-3);
-        assert!(spread < 0.01, "{spread}");
+        assert!(spread < 0.022, "{spread}");
+        let spread = unevenness(&path, 1.5e-3, |x, y| (6e-3..13e-3).contains(&libm::hypot(x, y)));
+        assert!(spread < 0.002, "{spread}");
     }
 
     #[test]

@@ -149,9 +149,9 @@ fn check_block(setup: &Setup, line: usize, segments: usize, spline: bool) -> Res
     }
     let what = format!("line {} of the path has {segments} segments, and one `SPLINE` block takes {most}", line + 1);
     Err(Problem::error(E0908, "path.point_step", what)
-        .note("a block is never broken inside a line: the robot stops between blocks")
+        .note("the robot stops between blocks: a line is broken only where the path says how the tool lands there")
         .help(
-            "take a longer `point_step`, or raise `block_segments` of the controller if it was seen to plan longer blocks",
+            "say `landing` in `path`, take a longer `point_step`, or raise `block_segments` of the controller if it was seen to plan longer blocks",
         ))
 }
 
