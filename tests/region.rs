@@ -5,6 +5,7 @@
 
 mod common;
 
+use common::TestFiles;
 use common::regions::{self, MESH, SIDE, TOLERANCE, cells_in, cells_in_reach, heights, pixel, reach};
 use polishc::diagnostics::{Problem, codes};
 use polishc::height_map::Grid;
@@ -17,6 +18,9 @@ use polishc::path::region::mesh::{self, Cells, Hexagon};
 use polishc::path::region::select::{Lift, Region, select};
 use polishc::path::region::smooth::{self, Ends, Place};
 use polishc::path::region::{self, RegionPath, coverage, fill};
+use polishc::report::Met;
+use polishc::session::{self, Compilation, Request, Unwatched};
+use polishc::target::Program;
 use polishc::units::si::{Angle, Length};
 
 fn selected(map: char, lift: Lift) -> Region {
@@ -394,7 +398,7 @@ fn refusals_say_what_would_pass() {
 fn a_jump_inside_a_run_is_refused() {
     let run = vec![[0.0, 0.0], [2e-3, 0.0], [9e-3, 0.0]];
     let problem = region::checks::jumps(&[run.clone()], 2.5e-3).expect_err("a jump of 7 mm");
-    assert_eq!(problem.code, codes::E0687);
+    assert_eq!(problem.code.as_str(), "E0687");
     assert!(problem.message.contains("7.000 mm"), "{}", problem.message);
     assert!(region::checks::jumps(&[run[..2].to_vec(), run[2..].to_vec()], 2.5e-3).is_ok());
 }
@@ -417,4 +421,52 @@ fn odd_lifts_are_warned_of() {
     let (path, warnings) = plan(&rms3, &peak);
     assert!(path.figures.lift < 0.0 && path.region.count > 0);
     assert!(warnings.iter().any(|w| w.code == codes::W0643));
+}
+
+// ---- A whole job.
+
+fn compile(sets: &[(&str, &str)]) -> Compilation {
+    let mut request = Request::new("examples/region_200/region_200.polish");
+    request.sets = sets.iter().map(|(name, value)| (name.to_string(), value.to_string())).collect();
+    session::compile(&TestFiles::default(), &request, &Unwatched)
+}
+
+/// A good part ends a campaign: success, said, and no program.
+#[test]
+fn a_job_with_nothing_to_polish_succeeds_without_a_program() {
+    let mut done = compile(&[("tolerance", "100 nm")]);
+    assert!(!done.failed());
+    let planned = &done.jobs[0];
+    assert!(planned.program.is_none() && planned.dwell.is_none() && planned.motion.is_none());
+    let result = planned.result.as_ref().expect("a result");
+    assert!(result.nothing_to_polish.as_ref().is_some_and(|why| why.starts_with("no place stands too high")));
+    assert!(result.programs.is_empty() && result.dwell.is_none());
+    assert_eq!(result.path.points, 0);
+    // maps.json: 10.3135 nm RMS stay as they are.
+    assert!((result.predicted.rms_nm - 10.3135).abs() < 1e-3 && result.predicted.removal_mean_nm == 0.0);
+    // The requirement on the RMS is not met, which is warned of; what only a run has is pending.
+    let met: Vec<Met> = result.requirements.iter().map(|found| found.met).collect();
+    assert_eq!(met, [Met::Yes, Met::No, Met::Pending, Met::Pending]);
+    assert_eq!(done.diagnostics.iter().map(|d| d.code.as_str()).collect::<Vec<_>>(), ["W0640"]);
+    // No program does what this job asks.
+    session::verify(&mut done, &Program::default());
+    assert!(done.failed() && done.diagnostics.iter().any(|d| d.code.as_str() == "E0688"));
+}
+
+/// The example: lands and lifts at both ends of every line, stays on the part, and says what it leaves out.
+#[test]
+fn the_example_runs_only_where_the_error_is_high() {
+    let done = compile(&[]);
+    let said: Vec<&str> = done.diagnostics.iter().map(|d| d.message.as_str()).collect();
+    assert!(!done.failed(), "{said:?}");
+    let planned = &done.jobs[0];
+    let result = planned.result.as_ref().expect("a result");
+    let region = result.path.region.as_ref().expect("a region");
+    assert!((region.lift_nm - 15.1206).abs() < 1e-3, "{}", region.lift_nm);
+    assert!(region.coverage >= 0.995 && region.area_share < 0.5);
+    let dwell = result.dwell.as_ref().expect("a dwell");
+    let landings = dwell.landings.as_ref().expect("landings");
+    assert_eq!(landings.count, 2 * result.path.lines);
+    assert!(result.predicted.rms_nm < 0.5 * result.predicted.rms_before_nm);
+    assert!(planned.program.is_some());
 }
