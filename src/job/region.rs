@@ -60,9 +60,9 @@ pub struct HexagonalMesh {
     /// From corner to corner.
     pub diagonal: Length,
     /// Parts of the region of at most as many hexagons are dropped.
-    pub islands: u32,
+    pub islands: i64,
     /// Holes in the region of at most as many hexagons are filled.
-    pub holes: u32,
+    pub holes: i64,
 }
 
 /// The rule that joins paths.

@@ -137,7 +137,7 @@ pub fn plan(job: &RegionAdaptive, error: &Grid, spot_diameter: f64, most_points:
         Cells::of(sheet, |hexagon| in_reach.contains(hexagon) && holds(error, &region.pixels, mesh.place(hexagon)));
     figures.cells = cells.len();
     let Cleaned { dropped, filled } =
-        mesh::clean(&mut cells, &in_reach, job.mesh.islands as usize, job.mesh.holes as usize);
+        mesh::clean(&mut cells, &in_reach, whole(job.mesh.islands), whole(job.mesh.holes));
     figures.dropped_cells = dropped.len();
     figures.filled_cells = filled.len();
     figures.cleaned_cells = cells.len();
@@ -270,6 +270,11 @@ fn runs(
     checks::stays_within(job, mesh, runs.iter().flatten())?;
     checks::jumps(&runs, mesh.diagonal)?;
     Ok(runs)
+}
+
+/// A count as the job says it; nothing below zero.
+fn whole(count: i64) -> usize {
+    usize::try_from(count).unwrap_or(0)
 }
 
 /// Whether a place lies in a pixel of the region. A place on the border of two pixels lies in the upper or right one.
