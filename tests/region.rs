@@ -135,6 +135,144 @@ fn the_bounded_lift_keeps_good_ground_out() {
     assert_eq!(selected('C', Lift::Rms3), selected('C', Lift::Bounded(0.005)));
 }
 
+/// Numbers without rhyme, the same in every run.
+struct Dice(u64);
+
+impl Dice {
+    fn roll(&mut self, sides: u64) -> u64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 33) % sides
+    }
+}
+
+/// A patch of the mesh with holes: of each hexagon so many in ten.
+fn patch(dice: &mut Dice, radius: i32, in_ten: u64) -> Vec<Hexagon> {
+    let centre = Hexagon::default();
+    let all = (-radius..=radius).flat_map(|p| (-radius..=radius).map(move |q| Hexagon { p, q }));
+    all.filter(|hexagon| hexagon.distance(centre) <= radius as u32 && dice.roll(10) < in_ten).collect()
+}
+
+#[test]
+fn every_hexagon_is_visited_once_whatever_the_set() {
+    let mut dice = Dice(1);
+    for round in 0..200 {
+        let list = patch(&mut dice, 3 + round % 9, 4 + dice_step(round));
+        let paths = fill::fill(&list, &mut Cells::from_list(&list));
+        let mut visited: Vec<Hexagon> = paths.iter().flatten().copied().collect();
+        visited.sort();
+        let mut wanted = list.clone();
+        wanted.sort();
+        assert_eq!(visited, wanted);
+        for path in &paths {
+            assert!(path.windows(2).all(|pair| pair[0].distance(pair[1]) == 1));
+            // Never sharper than 120 degrees: the step back is not tried, except to leave where a path starts.
+            assert!(path.windows(3).all(|three| three[0] != three[2]));
+        }
+    }
+    // A whole disc is one spiral, whatever its size.
+    for radius in 0..12 {
+        let disc = patch(&mut dice, radius, 10);
+        assert_eq!(fill::fill(&disc, &mut Cells::from_list(&disc)).len(), 1, "{radius}");
+    }
+}
+
+fn dice_step(round: i32) -> u64 {
+    [0, 2, 4, 5][round as usize % 4]
+}
+
+#[test]
+fn the_nearest_is_the_nearest() {
+    let mut dice = Dice(7);
+    for round in 0..200 {
+        let list = patch(&mut dice, 8, 1 + round % 5);
+        let free = Cells::from_list(&list);
+        let from = Hexagon { p: dice.roll(30) as i32 - 15, q: dice.roll(30) as i32 - 15 };
+        let crowd = |hexagon: Hexagon| (0..6).filter(|k| free.contains(hexagon.neighbour(*k))).count();
+        let rank = |h: &Hexagon| (from.distance(*h), crowd(*h), from.square(*h), *h);
+        assert_eq!(fill::nearest(from, &free), list.iter().min_by_key(|h| rank(h)).copied());
+    }
+}
+
+#[test]
+fn joining_keeps_every_hexagon_in_reach_whatever_the_set() {
+    let weights = smooth::weights(1.0, 2);
+    let mut dice = Dice(3);
+    for round in 0..300 {
+        let turn_limit = [3.2, 1.6, 1.2][round % 3];
+        let within = Within { steps: 2 + round % 9, shortest: 2 + round % 9, weights: &weights, turn_limit };
+        let list = patch(&mut dice, 3 + (round % 9) as i32, [5, 7, 8, 9][round % 4]);
+        for part in Cells::from_list(&list).components() {
+            let cells = Cells::from_list(&part);
+            let primary = fill::fill(&part, &mut cells.clone());
+            let merged = merge::bridge_or_trim(primary.clone(), &cells, &within);
+            assert!(merged.paths.len() <= primary.len());
+            let mut visited = Cells::new(cells.sheet());
+            merged.paths.iter().flatten().for_each(|hexagon| visited.insert(*hexagon));
+            for path in &merged.paths {
+                assert!(path.windows(2).all(|pair| pair[0].distance(pair[1]) == 1));
+                assert!(path.iter().all(|hexagon| cells.contains(*hexagon)));
+            }
+            // Of a part that is more than one hexagon nothing is given up that no path passes.
+            let passed = |h: &Hexagon| visited.contains(*h) || (0..6).any(|k| visited.contains(h.neighbour(k)));
+            assert!(part.len() == 1 || part.iter().all(passed));
+            let all: usize = merged.paths.iter().map(Vec::len).sum();
+            assert_eq!(all + merged.trimmed + merged.dropped, part.len() + merged.bridged);
+        }
+    }
+}
+
+/// There and back on one line: cut at the far end, which both pieces keep.
+#[test]
+fn a_path_that_comes_back_on_itself_is_cut_there() {
+    let there = (0..9).map(|i| [f64::from(i), 0.0]);
+    let back = (0..8).rev().map(|i| [f64::from(i), 0.0]);
+    let nodes: Vec<Place> = there.chain(back).collect();
+    let weights = smooth::weights(1.0, 2);
+    let pieces = region::turns::pieces(nodes.clone(), &weights, 1.6);
+    assert_eq!(pieces.len(), 2);
+    for (place, x) in [(pieces[0][0], 0.0), (pieces[0][8], 8.0), (pieces[1][0], 8.0), (pieces[1][8], 0.0)] {
+        assert!((place[0] - x).abs() < 1e-12 && place[1] == 0.0, "{place:?}");
+    }
+    assert_eq!(region::turns::pieces(nodes, &weights, 3.2).len(), 1);
+    // By hand, from the weights 0.0545 0.2442 0.4026: a corner of 120 degrees keeps 69.8, one of 60 degrees 26.2.
+    for (corner, kept) in [(120.0_f64, 69.8), (60.0, 26.2)] {
+        let (sin, cos) = corner.to_radians().sin_cos();
+        let before = (0..6).map(|i| [f64::from(i) - 6.0, 0.0]);
+        let after = (0..7).map(|i| [f64::from(i) * cos, f64::from(i) * sin]);
+        let nodes: Vec<Place> = before.chain(after).collect();
+        let turns = smooth::turns(&smooth::smooth(&nodes, &weights, Ends::Reflected));
+        let most = turns.iter().copied().fold(0.0, f64::max).to_degrees();
+        assert!((most - kept).abs() < 0.06, "{corner}: {most}");
+    }
+}
+
+/// Straight paths stay straight and keep their ends, however short they are beside the window.
+#[test]
+fn smoothing_leaves_straight_paths_alone() {
+    for (count, sigma) in [(2, 1.0), (3, 2.0), (4, 5.0), (40, 1.0)] {
+        let nodes: Vec<Place> = (0..count).map(|i| [f64::from(i) * 0.3, f64::from(i) * -0.1]).collect();
+        let weights = smooth::weights(sigma, smooth::half_window(sigma));
+        let curve = smooth::smooth(&nodes, &weights, Ends::Reflected);
+        assert_eq!(curve.len(), nodes.len());
+        for end in [0, nodes.len() - 1] {
+            assert!((curve[end][0] - nodes[end][0]).abs() < 1e-12 && (curve[end][1] - nodes[end][1]).abs() < 1e-12);
+        }
+        assert!(curve.iter().all(|[x, y]| (x / 3.0 + y).abs() < 1e-12));
+    }
+    assert_eq!(smooth::weights(0.0, smooth::half_window(0.0)), [1.0]);
+}
+
+#[test]
+fn a_quantile_lies_between_two_pixels() {
+    let heights: Vec<f64> = [5.0, 1.0, f64::NAN, 3.0, 2.0, 4.0, -9.0].to_vec();
+    let reach = [true, true, true, true, true, true, false];
+    // Of 1 2 3 4 5: a quarter of the way is 2, an eighth lies halfway between 1 and 2.
+    for (part, expected) in [(0.0, 1.0), (0.25, 2.0), (0.125, 1.5), (1.0, 5.0)] {
+        assert_eq!(region::select::quantile(&heights, &reach, part), expected);
+    }
+    assert!(region::select::quantile(&heights, &[false; 7], 0.5).is_nan());
+}
+
 // ---- The whole plan, in metres, as a job asks for it.
 
 const SPOT: f64 = 0.025;
@@ -469,4 +607,33 @@ fn the_example_runs_only_where_the_error_is_high() {
     assert_eq!(landings.count, 2 * result.path.lines);
     assert!(result.predicted.rms_nm < 0.5 * result.predicted.rms_before_nm);
     assert!(planned.program.is_some());
+}
+
+/// As people call it: exit status 0, a sentence, and `result.json` alone; a program of the cycle before is taken away.
+#[test]
+#[allow(clippy::disallowed_methods, reason = "the test runs the tool and reads what it wrote")]
+fn the_tool_says_that_there_is_nothing_to_polish() {
+    let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("region_nothing");
+    std::fs::remove_dir_all(&folder).ok();
+    std::fs::create_dir_all(&folder).expect("a folder");
+    std::fs::write(folder.join("Region200.mod"), "an earlier program").expect("a file");
+    let earlier = r#"{"polishc":"0","jobs":[{"for":"polish","programs":[{"file":"Region200.mod"}]}]}"#;
+    std::fs::write(folder.join("result.json"), earlier).expect("a file");
+    let run = std::process::Command::new(env!("CARGO_BIN_EXE_polishc"))
+        .args(["build", "examples/region_200/region_200.polish", "--set", "tolerance=100nm", "-o"])
+        .arg(&folder)
+        .output()
+        .expect("the tool runs");
+    let said = String::from_utf8_lossy(&run.stdout);
+    assert_eq!(run.status.code(), Some(0), "{}", String::from_utf8_lossy(&run.stderr));
+    assert!(said.contains("nothing to polish: no place stands too high"), "{said}");
+    let names: Vec<String> = std::fs::read_dir(&folder)
+        .expect("the folder")
+        .map(|entry| entry.expect("an entry").file_name().to_string_lossy().into_owned())
+        .collect();
+    assert_eq!(names, ["result.json"]);
+    let text = std::fs::read_to_string(folder.join("result.json")).expect("result.json");
+    let result: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    assert!(result["jobs"][0]["nothing_to_polish"].is_string());
+    assert_eq!(result["jobs"][0]["programs"], serde_json::json!([]));
 }

@@ -167,6 +167,10 @@ fn best_joint(
                 (_, false) => Some(next[1]),
                 (n, true) => Some(next[n - 2]),
             };
+            // A bridge may have led over the next path's end already.
+            if end == *start {
+                continue;
+            }
             let Some(bridge) = ways.between(end, *start, cells, within.steps - trim + 1) else { continue };
             let out = bridge.first().copied().unwrap_or(*start);
             let into = bridge.last().copied().unwrap_or(end);

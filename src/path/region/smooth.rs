@@ -31,27 +31,17 @@ pub fn half_window(sigma: f64) -> usize {
     (3.0 * sigma).ceil().max(1.0) as usize - 1
 }
 
-/// Averages the nodes with `weights`, an odd number of them. A path shorter than the window is reflected as far as it reaches.
+/// Averages the nodes with `weights`, an odd number of them. A path shorter than the window is
+/// reflected in both ends in turn.
 pub fn smooth(nodes: &[Place], weights: &[f64], ends: Ends) -> Vec<Place> {
     let half = (weights.len() / 2) as isize;
     let last = nodes.len() as isize - 1;
     if last < 1 {
         return nodes.to_vec();
     }
-    let at = |i: isize| nodes[i.clamp(0, last) as usize];
-    let reflected = |end: Place, i: isize| {
-        let inner = at(i);
-        [2.0 * end[0] - inner[0], 2.0 * end[1] - inner[1]]
-    };
-    let node = |i: isize| {
-        if (0..=last).contains(&i) {
-            return Some(at(i));
-        }
-        match ends {
-            Ends::CutOff => None,
-            Ends::Reflected if i < 0 => Some(reflected(at(0), -i)),
-            Ends::Reflected => Some(reflected(at(last), 2 * last - i)),
-        }
+    let node = |i: isize| match ends {
+        Ends::CutOff => (0..=last).contains(&i).then(|| nodes[i as usize]),
+        Ends::Reflected => Some(reflected(nodes, i)),
     };
     let average = |i: isize| {
         let (mut sum, mut weight_sum) = ([0.0; 2], 0.0);
@@ -65,6 +55,19 @@ pub fn smooth(nodes: &[Place], weights: &[f64], ends: Ends) -> Vec<Place> {
         [sum[0] / weight_sum, sum[1] / weight_sum]
     };
     (0..=last).map(average).collect()
+}
+
+/// Node `i` of a path of two nodes or more that is continued beyond its ends by its own reflection in them.
+fn reflected(nodes: &[Place], mut i: isize) -> Place {
+    let last = nodes.len() as isize - 1;
+    let (mut offset, mut sign) = ([0.0; 2], 1.0);
+    while !(0..=last).contains(&i) {
+        let (end, image) = if i < 0 { (nodes[0], -i) } else { (nodes[last as usize], 2 * last - i) };
+        offset = [offset[0] + 2.0 * sign * end[0], offset[1] + 2.0 * sign * end[1]];
+        (i, sign) = (image, -sign);
+    }
+    let [x, y] = nodes[i as usize];
+    [offset[0] + sign * x, offset[1] + sign * y]
 }
 
 /// Length of a path along its nodes.
