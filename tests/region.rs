@@ -10,8 +10,8 @@ use common::regions::{self, MESH, SIDE, TOLERANCE, cells_in, cells_in_reach, hei
 use polishc::diagnostics::{Problem, codes};
 use polishc::height_map::Grid;
 use polishc::job::{
-    Annulus, Aperture, Bounded, Circle, Empty, FixedLift, HexagonalMesh, Lift as JobLift, Merge, Place as JobPlace,
-    RegionAdaptive,
+    Annulus, Aperture, Bounded, Circle, Empty, FixedLift, HexagonalMesh, Landing, Lift as JobLift, Merge,
+    Place as JobPlace, RegionAdaptive,
 };
 use polishc::path::region::merge::{self, Within};
 use polishc::path::region::mesh::{self, Cells, Hexagon};
@@ -21,7 +21,7 @@ use polishc::path::region::{self, RegionPath, coverage, fill};
 use polishc::report::Met;
 use polishc::session::{self, Compilation, Request, Unwatched};
 use polishc::target::Program;
-use polishc::units::si::{Angle, Length};
+use polishc::units::si::{Angle, Length, Speed, Time};
 
 fn selected(map: char, lift: Lift) -> Region {
     select(&heights(map), &reach(), lift, TOLERANCE, TOLERANCE).expect("known pixels")
@@ -293,7 +293,7 @@ fn job() -> RegionAdaptive {
         point_step: Length(0.002),
         turn_limit: Angle(90f64.to_radians()),
         chord_error: Length(1e-5),
-        landing: None,
+        landing: Landing { speed: Speed(0.1), reach: Length(1e-3), stand: Time(0.05) },
     }
 }
 

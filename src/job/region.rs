@@ -24,8 +24,8 @@ pub struct RegionAdaptive {
     pub turn_limit: Angle,
     /// Most that the path may leave a curved surface between two points.
     pub chord_error: Length,
-    /// How the tool lands on the glass, where lines start and end there.
-    pub landing: Option<Landing>,
+    /// How the tool lands on the glass, where every line starts and ends.
+    pub landing: Landing,
 }
 
 /// How far the map is lifted before it is cut.

@@ -68,7 +68,7 @@ impl Strategy for RegionAdaptive {
         None
     }
     fn landing(&self) -> Option<Landing> {
-        self.landing
+        Some(self.landing)
     }
     fn needs_measurement(&self) -> bool {
         true
