@@ -25,7 +25,9 @@ pub struct RegionResult {
     pub trimmed: usize,
     pub dropped_nodes: usize,
     pub bridged: usize,
-    /// Places where a path was cut because it turned too sharply.
+    /// Hexagons at which a joined path turns back to the one it came from; places where a path was cut because it turned too
+    /// sharply once it was smoothed.
+    pub u_turns: usize,
     pub cuts: usize,
     pub sharpest_turn_deg: f64,
     /// Part of the region within a hexagon's diagonal of the path, and the greatest distance of any of it.
@@ -51,6 +53,7 @@ pub fn region(figures: &Figures) -> RegionResult {
         trimmed: figures.trimmed,
         dropped_nodes: figures.dropped_nodes,
         bridged: figures.bridged,
+        u_turns: figures.u_turns,
         cuts: figures.cuts,
         sharpest_turn_deg: rounded(figures.sharpest_turn * DEGREES, 2),
         coverage: rounded(figures.coverage, 4),

@@ -32,6 +32,8 @@ pub struct Figures {
     pub trimmed: usize,
     pub dropped_nodes: usize,
     pub bridged: usize,
+    /// Hexagons at which a joined path turns back to the one it came from.
+    pub u_turns: usize,
     /// Places where a path was cut because it turned too sharply, and the sharpest turn that is left, radians.
     pub cuts: usize,
     pub sharpest_turn: f64,

@@ -161,6 +161,8 @@ pub fn plan(job: &RegionAdaptive, error: &Grid, spot_diameter: f64, most_points:
     figures.trimmed = merged.trimmed;
     figures.dropped_nodes = merged.dropped;
     figures.bridged = merged.bridged;
+    let threes = merged.paths.iter().flat_map(|path| path.windows(3));
+    figures.u_turns = threes.filter(|three| three[0] == three[2]).count();
 
     let runs = runs(job, &mesh, &weights, &merged.paths, most_points, &mut figures)?;
     let pixels: Vec<(Place, f64)> = region
