@@ -26,6 +26,7 @@ use crate::tool::{self, InfluenceField};
 use crate::verify::{self, Verified};
 use crate::workpiece;
 use crate::workpiece::form::{self, Surface};
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// Told when a pass begins.
@@ -290,7 +291,16 @@ impl Passes<'_> {
         let places = (0..tool_path.points.len()).map(|i| [tool_path.points.x[i], tool_path.points.y[i]]);
         self.said.extend(refuse(tool::check_fit(&job.tool, surface, places).into_iter().collect())?);
         path::chord::check(&tool_path, surface, strategy.chord_error()).map_err(one)?;
+        self.said.extend(tool_path.region.iter().flat_map(|region| region.warnings()));
         if until == Until::Path {
+            self.planned.path = Some(tool_path);
+            return Ok(());
+        }
+        if let (Some(region), Some((error_map, _)), true) = (&tool_path.region, &measured, tool_path.points.is_empty())
+        {
+            let results = report::results_of_nothing(error_map, region);
+            self.said.extend(self.planned.requirements.iter().filter_map(|wanted| not_met(wanted, &results)));
+            self.planned.error_map = Some(error_map.clone());
             self.planned.path = Some(tool_path);
             return Ok(());
         }
@@ -399,6 +409,19 @@ impl Passes<'_> {
     }
 }
 
+/// W0640 where there is nothing to polish, and yet a requirement does not hold.
+fn not_met(wanted: &Requirement, results: &BTreeMap<String, f64>) -> Option<Problem> {
+    let found = report::requirement(wanted, results);
+    (found.met == Met::No).then(|| {
+        let message = format!(
+            "there is nothing to polish, but the job requires `{}`, and the map has {}",
+            found.text, found.value
+        );
+        Problem::warning(code::W0640, "path.above", message)
+            .help("lower `above` and `tolerance` until they select what the requirement asks for")
+    })
+}
+
 fn one(problem: Problem) -> Vec<Problem> {
     vec![problem]
 }
@@ -453,6 +476,10 @@ pub fn verify(done: &mut Compilation, program: &Program) {
             }
             problems
         }
+        _ if planned.nothing().is_some() => vec![
+            Problem::error(code::E0688, "path", "the job finds nothing to polish, so no program does what it asks")
+                .help("do not run it; a program of an earlier cycle belongs to an earlier map"),
+        ],
         _ => vec![target::no_target()],
     };
     let found: Vec<Diagnostic> =
@@ -503,6 +530,12 @@ impl Planned {
         }
     }
 
+    /// The map and the empty region of a path that finds nothing to polish.
+    pub fn nothing(&self) -> Option<(&ErrorMap, &path::region::Figures)> {
+        let path = self.path.as_ref().filter(|path| path.points.is_empty())?;
+        Some((self.error_map.as_ref()?, path.region.as_ref()?))
+    }
+
     /// What is said beside the solution.
     fn beside(&self) -> report::Beside<'_> {
         report::Beside {
@@ -514,9 +547,24 @@ impl Planned {
 
     /// Puts together what is known.
     fn summarise(&mut self, purpose: Purpose, job_file: &str, inputs: Vec<Input>, warnings: Vec<String>) {
-        let (Some(outcome), Some(path)) = (&self.dwell, self.path()) else { return };
+        let Some(path) = self.path() else { return };
         let program = self.program.as_deref();
-        let mut results = report::results(outcome, self.beside(), path, self.motion.as_deref(), program);
+        let (mut results, dwell, predicted) = match (&self.dwell, self.nothing()) {
+            (Some(outcome), _) => (
+                report::results(outcome, self.beside(), path, self.motion.as_deref(), program),
+                Some(report::dwell(outcome)),
+                report::predicted(
+                    outcome,
+                    self.expected.as_ref(),
+                    self.uncertainty.as_ref(),
+                    purpose == Purpose::DryRun,
+                ),
+            ),
+            (None, Some((error, region))) => {
+                (report::results_of_nothing(error, region), None, report::untouched(error))
+            }
+            (None, None) => return,
+        };
         if let Some([_, predicted]) = &self.figures {
             results.extend(report::metrology::results(predicted));
         }
@@ -530,18 +578,14 @@ impl Planned {
             programs: report::programs(program),
             cycle: self.job.cycle,
             after: self.job.after.clone(),
+            nothing_to_polish: self.nothing().map(|(_, region)| report::nothing(region)),
             metrology: self.error_map.as_ref().map(|map| {
                 let figures = self.job.figures.as_ref().zip(self.figures.as_ref());
                 report::metrology::result(map, figures, |path| shown(path, job_file))
             }),
             path: report::path(path),
-            dwell: report::dwell(outcome),
-            predicted: report::predicted(
-                outcome,
-                self.expected.as_ref(),
-                self.uncertainty.as_ref(),
-                purpose == Purpose::DryRun,
-            ),
+            dwell,
+            predicted,
             correctable: self.prospect.as_ref().map(report::correctable),
             reach: self.prospect.as_ref().map(report::reach),
             stock: self.stock.as_ref().map(report::stock),
@@ -579,7 +623,8 @@ impl Planned {
 
     /// Errors for the requirements that do not hold, or cannot be known.
     fn unmet(&self) -> Vec<Diagnostic> {
-        let Some(result) = &self.result else { return Vec::new() };
+        // Requirements hold a program back; where there is nothing to polish there is none.
+        let Some(result) = self.result.as_ref().filter(|_| self.nothing().is_none()) else { return Vec::new() };
         let mut diagnostics = Vec::new();
         for (requirement, found) in self.requirements.iter().zip(&result.requirements) {
             match found.met {

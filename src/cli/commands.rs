@@ -146,9 +146,9 @@ fn build(
     }
     timings.pass("write");
     for form in emit {
-        if let Some(planned) =
-            done.jobs.iter().find(|planned| *form != Emit::Program && emitted(&done, planned, *form).is_none())
-        {
+        if let Some(planned) = done.jobs.iter().find(|planned| {
+            *form != Emit::Program && planned.nothing().is_none() && emitted(&done, planned, *form).is_none()
+        }) {
             let word = form.to_possible_value().map(|value| value.get_name().to_string()).unwrap_or_default();
             let message = format!("the job `{}` has no `{word}` to emit", planned.name);
             done.diagnostics.push(
@@ -289,11 +289,24 @@ fn tell(planned: &Planned, folder: &Path, files: &[(String, Vec<u8>)]) {
         let files = if files.len() == 1 { "1 file".to_string() } else { format!("{} files", files.len()) };
         say(&format!("  wrote      {files} in {}", folder.display()));
     }
+    if let Some(why) = &result.nothing_to_polish {
+        say(&format!("  nothing to polish: {why}"));
+        say("  no program");
+        return;
+    }
     say(&format!("  path       {} points on {} lines", result.path.points, result.path.lines));
+    if let Some(region) = &result.path.region {
+        say(&format!(
+            "  region     {:.1} % of the area, {:.2} % of it within a hexagon of the path, {} at most away",
+            1e2 * region.area_share,
+            1e2 * region.coverage,
+            format_args!("{:.1} mm", region.farthest_mm)
+        ));
+    }
     if result.purpose == "dry_run" {
         say("  dry run    lifted along the normals, slow, process off: it removes nothing");
     } else {
-        if let Some(landings) = &result.dwell.landings {
+        if let Some(landings) = result.dwell.as_ref().and_then(|dwell| dwell.landings.as_ref()) {
             say(&format!(
                 "  landings   {} times down on the part or up from it, each removes {} nm at most",
                 landings.count,

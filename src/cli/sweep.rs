@@ -235,7 +235,8 @@ impl Table {
 fn figures(result: &JobResult) -> [String; 6] {
     let none = || "-".to_string();
     let met = result.requirements.iter().filter(|requirement| requirement.met == Met::Yes).count();
-    let seconds = result.motion.as_ref().map_or(result.dwell.total_s, |motion| motion.time_s);
+    let seconds =
+        result.motion.as_ref().map_or(result.dwell.as_ref().map_or(0.0, |dwell| dwell.total_s), |motion| motion.time_s);
     [
         format!("{:.2}", result.predicted.rms_nm),
         format!("{:.1}", result.predicted.pv_nm),

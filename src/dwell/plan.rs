@@ -123,7 +123,8 @@ pub(super) fn prepare<'a>(task: &Task<'a>, warnings: &mut Vec<Problem>) -> Resul
     for (upper, lower) in upper.iter_mut().zip(&lower) {
         *upper = upper.max(*lower);
     }
-    let start = start(&mut operator, &coarse, &segments, &depths, base)?;
+    let everywhere = task.path.region.is_none();
+    let start = start(&mut operator, &coarse, &segments, &depths, base, everywhere)?;
     let run = Prepared {
         limits,
         footprint,

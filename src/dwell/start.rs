@@ -22,12 +22,14 @@ pub(super) struct Start {
 /// well as none.
 const LEAST_STIFFNESS: f64 = 1e-3;
 
+/// A path that is to polish `everywhere` must reach every pixel; one over a region leaves others as they are.
 pub(super) fn start(
     operator: &mut Removal,
     field: &Field,
     segments: &Segments,
     depths: &[f64],
     base: Base,
+    everywhere: bool,
 ) -> Result<Start, Problem> {
     let inside = |i: usize| field.weights[i] > 0.0;
     let mut unit = vec![0.0; depths.len()];
@@ -36,7 +38,8 @@ pub(super) fn start(
     let mean = (0..unit.len()).filter(|&i| inside(i)).map(|i| unit[i]).sum::<f64>() / count as f64;
     // A pixel that the path reaches with less than a hundredth of the usual strength would need a feed a hundred times
     // slower than its neighbours': the path does not cover it.
-    if let Some(i) = (0..unit.len()).find(|&i| inside(i) && unit[i] <= 0.01 * mean) {
+    let missed = (0..unit.len()).find(|&i| inside(i) && unit[i] <= 0.01 * mean);
+    if let (true, Some(i)) = (everywhere, missed) {
         let [x, y] = field.window.position(i);
         let message = format!("the path does not reach x {:.3} mm, y {:.3} mm in the clear aperture", x * 1e3, y * 1e3);
         return Err(Problem::error(codes::E0704, "path.over", message)

@@ -136,7 +136,7 @@ mod tests {
         for x in [-reach, 0.0, reach] {
             points.push([x * 1e-3, 0.0, 0.0], [0.0, 0.0, 1.0]);
         }
-        ToolPath { points, lines: vec![Line { points: 0..3, link: Link::OnSurface }], landing: None }
+        ToolPath { points, lines: vec![Line { points: 0..3, link: Link::OnSurface }], ..ToolPath::default() }
     }
 
     fn part() -> Aperture {

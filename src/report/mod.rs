@@ -4,6 +4,9 @@
 //! command line's page. Numbers are in the unit that their name ends with.
 
 pub mod metrology;
+mod region;
+
+pub use region::{RegionResult, nothing, region, results_of_nothing, untouched};
 
 use crate::dwell::{Choice, Outcome};
 use crate::eval::Requirement;
@@ -38,10 +41,15 @@ pub struct JobResult {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub after: Option<String>,
     pub programs: Vec<ProgramResult>,
+    /// Why there is no program: no place stands too high.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub nothing_to_polish: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub metrology: Option<metrology::MetrologyResult>,
     pub path: PathResult,
-    pub dwell: DwellResult,
+    /// Of a run; where there is nothing to polish there is none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub dwell: Option<DwellResult>,
     pub predicted: Predicted,
     pub correctable: Option<CorrectableResult>,
     pub reach: Option<ReachResult>,
@@ -83,6 +91,8 @@ pub struct PathResult {
     pub points: usize,
     pub lines: usize,
     pub length_mm: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub region: Option<RegionResult>,
 }
 
 #[derive(Clone, Debug, Serialize)]
@@ -120,7 +130,7 @@ pub struct LandingResult {
 }
 
 /// Figures over the clear aperture: RMS about the mean, PV; `before` is the map as placed, after `subtract`.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Default, Serialize)]
 pub struct Predicted {
     /// Of a dry run: what the figures are about.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -269,6 +279,7 @@ pub fn results(
         ("dwell.base".into(), figures.base),
         ("program.points".into(), path.points.len() as f64),
     ]);
+    results.extend(path.region.iter().flat_map(region::results));
     if let Some(expected) = beside.expected {
         results.extend([
             ("predicted.rms_expected".to_string(), expected.rms),
@@ -356,7 +367,12 @@ pub fn path(path: &ToolPath) -> PathResult {
             length += (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt();
         }
     }
-    PathResult { points: path.points.len(), lines: path.lines.len(), length_mm: rounded(length * 1e3, 1) }
+    PathResult {
+        points: path.points.len(),
+        lines: path.lines.len(),
+        length_mm: rounded(length * 1e3, 1),
+        region: path.region.as_ref().map(region),
+    }
 }
 
 /// The solution.

@@ -2,6 +2,8 @@
 #![allow(dead_code, reason = "each test crate uses its own part")]
 #![allow(clippy::disallowed_methods, reason = "tests read the tree's own files")]
 
+pub mod regions;
+
 use polishc::height_map::metropro::{self, Settings};
 use polishc::height_map::{npy, x3p};
 use polishc::source::{FileError, FileProvider, normalise};
