@@ -69,6 +69,7 @@ fn example() -> Example {
 fn task(example: &Example) -> Task<'_> {
     Task {
         path: example.path.clone(),
+        standing: Vec::new(),
         line_pitch: 0.5e-3,
         error: &example.error,
         clear: &example.clear,

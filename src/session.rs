@@ -267,6 +267,7 @@ impl Passes<'_> {
         let speed_steps = limits.as_ref().map_or(FINEST_SPEEDS, |limits| limits.speed_steps);
         let task = dwell::Task {
             path: tool_path,
+            standing: Vec::new(),
             line_pitch: raster.line_pitch.0,
             error: &error_map.grid,
             clear: &job.workpiece.clear,

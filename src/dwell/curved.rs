@@ -15,7 +15,7 @@
 use super::TimedPath;
 use super::field::Field;
 use super::footprint::Footprint;
-use super::prediction::{ROWS, each_stamp};
+use super::prediction::{Place, ROWS, each_stamp};
 use super::removal::Window;
 use super::speed::Limits;
 use crate::diagnostics::{Problem, codes};
@@ -117,14 +117,14 @@ struct Stamp {
 fn stamps(timed: &TimedPath, footprint: &Footprint, reach: f64, limits: &Limits, window: &Window) -> Vec<Stamp> {
     let points = &timed.path.points;
     let mut stamps = Vec::new();
-    each_stamp(timed, footprint, reach, limits, window, |(point, t), [x, y], time| {
+    each_stamp(timed, footprint, reach, limits, window, |Place { from, to, t }, time| {
         let between = |a: [f64; 3], b: [f64; 3]| [0, 1, 2].map(|i| a[i] + t * (b[i] - a[i]));
-        let [_, _, z] = between(points.position(point - 1), points.position(point));
-        let normal = between(points.normal(point - 1), points.normal(point));
+        let contact = between(points.position(from), points.position(to));
+        let normal = between(points.normal(from), points.normal(to));
         let length = (normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]).sqrt();
         // Where the normal runs along the azimuth motion refuses the path; here it removes nothing.
         if let Some(axes) = footprint.carried_axes(normal.map(|n| n / length)) {
-            stamps.push(Stamp { contact: [x, y, z], axes, time });
+            stamps.push(Stamp { contact, axes, time });
         }
     });
     stamps
@@ -175,6 +175,24 @@ impl Table {
         let along = |pair: &[f64]| pair[0] + fu * (pair[1] - pair[0]);
         along(low) + fv * (along(high) - along(low))
     }
+}
+
+/// Cosine of the surface's slope at every pixel; 1 where the form does not exist.
+pub(super) fn cosines(surface: &dyn Surface, window: &Window) -> Vec<f64> {
+    let cosine = |i: usize| {
+        let [x, y] = window.position(i);
+        surface.at(x, y).map_or(1.0, |point| point.normal()[2])
+    };
+    (0..window.len()).into_par_iter().map(cosine).collect()
+}
+
+/// Least cosine of the slope where the field counts.
+pub(super) fn steepest(surface: &dyn Surface, field: &Field) -> f64 {
+    if surface.is_plane() {
+        return 1.0;
+    }
+    let cosines = cosines(surface, &field.window);
+    cosines.iter().zip(&field.weights).filter(|(_, w)| **w > 0.0).fold(1.0, |least, (cosine, _)| cosine.min(least))
 }
 
 /// Whether the model holds: W0706 where it is wrong by more than 1 %, E0709 where it says nothing.
@@ -254,7 +272,7 @@ mod tests {
             path.lines.push(Line { points: start..path.points.len(), link: Link::OnSurface });
         }
         let speed = (0..path.points.len()).map(|i| if i % 21 < 10 { 0.02 } else { 0.025 }).collect();
-        TimedPath { path, speed }
+        TimedPath { path, speed, standing: Vec::new() }
     }
 
     /// A tilted plane, to look at foreshortening without curvature.

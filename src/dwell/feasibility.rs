@@ -6,7 +6,7 @@
 use super::field::Field;
 use super::footprint::Footprint;
 use super::least_squares::Base;
-use super::plan::Figures;
+use super::outcome::Figures;
 use super::speed::{self, Limits, Segments};
 use super::{SpeedSteps, TimedPath};
 use crate::diagnostics::{Problem, codes};

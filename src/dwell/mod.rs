@@ -12,26 +12,20 @@ mod curved;
 mod feasibility;
 mod field;
 pub mod footprint;
-mod fourier;
 pub mod least_squares;
+mod outcome;
 mod plan;
 pub mod prediction;
 pub mod removal;
+mod solver;
 pub mod speed;
+mod start;
 mod steps;
+mod timed;
 
 pub use feasibility::{SegmentTimes, check_segment_times};
 pub use footprint::{Footprint, floor_depth};
-pub use plan::{Figures, Outcome, Task, predict, solve};
+pub use outcome::{Figures, Outcome, predict};
+pub use plan::{Task, solve};
 pub use steps::{SpeedSteps, decimals_of};
-
-use crate::path::ToolPath;
-
-/// A path with its speeds.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct TimedPath {
-    pub path: ToolPath,
-    /// Programmed speed in m/s of the straight move that ends at each point, one that the target can write exactly. For the first point of a line: the speed of the link move that arrives there (the path's first point:
-    /// the approach speed).
-    pub speed: Vec<f64>,
-}
+pub use timed::{Standing, TimedPath};

@@ -11,7 +11,7 @@
 
 use super::TimedPath;
 use super::footprint::Footprint;
-use super::removal::{Window, ends, parts};
+use super::removal::{Window, parts};
 use super::speed::{Limits, Segments, part_times};
 use rayon::prelude::*;
 
@@ -47,7 +47,8 @@ pub fn removal(timed: &TimedPath, footprint: &Footprint, limits: &Limits, window
 /// Stamps that reach the window, in travel order.
 fn stamps(timed: &TimedPath, footprint: &Footprint, limits: &Limits, window: &Window) -> Stamps {
     let mut stamps = Stamps::default();
-    each_stamp(timed, footprint, footprint.radius, limits, window, |_, [x, y], time| {
+    each_stamp(timed, footprint, footprint.radius, limits, window, |place, time| {
+        let [x, y] = place.in_plane(timed);
         stamps.x.push(x);
         stamps.y.push(y);
         stamps.time.push(time);
@@ -55,8 +56,24 @@ fn stamps(timed: &TimedPath, footprint: &Footprint, limits: &Limits, window: &Wi
     stamps
 }
 
-/// Calls `see((point, t), place, time)` for every part of a segment that reaches the window: the segment ends at `point`,
-/// the part's middle lies at the share `t` of it. Parts h of at most half a sigma: the midpoint rule is then exact to
+/// A place on the straight way between two points of the path: the share `t` of it.
+#[derive(Clone, Copy)]
+pub(super) struct Place {
+    pub from: usize,
+    pub to: usize,
+    pub t: f64,
+}
+
+impl Place {
+    fn in_plane(self, timed: &TimedPath) -> [f64; 2] {
+        let points = &timed.path.points;
+        let between = |values: &[f64]| values[self.from] + self.t * (values[self.to] - values[self.from]);
+        [between(&points.x), between(&points.y)]
+    }
+}
+
+/// Calls `see(place, time)` where time is spent within `reach` of the window: at the middle of every part of a segment, and
+/// where the tool stands. Parts h of at most half a sigma: the midpoint rule is then exact to
 /// rounding where the speed is constant; where it is not, it is wrong by h²k²/24 of the modulation with wave number k,
 /// that is 1 % at the wavelength 2 pi sigma, of which the spot passes little anyway.
 pub(super) fn each_stamp(
@@ -65,29 +82,33 @@ pub(super) fn each_stamp(
     reach: f64,
     limits: &Limits,
     window: &Window,
-    mut see: impl FnMut((usize, f64), [f64; 2], f64),
+    mut see: impl FnMut(Place, f64),
 ) {
     let segments = Segments::new(&timed.path, footprint.standoff);
     let low = [0, 1].map(|axis| window.origin[axis] - reach);
     let size = [window.columns, window.rows];
     let high = [0, 1].map(|axis| window.origin[axis] + size[axis] as f64 * window.pixel[axis] + reach);
+    let mut look = |place: Place, time: f64| {
+        let [x, y] = place.in_plane(timed);
+        if x > low[0] && x < high[0] && y > low[1] && y < high[1] {
+            see(place, time);
+        }
+    };
     for line in segments.start.windows(2) {
         let mut before = 0.0;
         for i in line[0]..line[1] {
             let point = segments.point[i];
-            let ([ax, ay], [bx, by]) = ends(&timed.path, point);
             let speed = timed.speed[point];
             let stops = i + 1 == line[1];
             let count = parts(segments.length[i], footprint.sigma / 2.0);
             part_times((segments.length[i], count), (before, speed, stops), limits.acceleration, |part, time| {
-                let t = (part as f64 + 0.5) / count as f64;
-                let (x, y) = (ax + t * (bx - ax), ay + t * (by - ay));
-                if x > low[0] && x < high[0] && y > low[1] && y < high[1] {
-                    see((point, t), [x, y], time);
-                }
+                look(Place { from: point - 1, to: point, t: (part as f64 + 0.5) / count as f64 }, time);
             });
             before = speed;
         }
+    }
+    for standing in &timed.standing {
+        look(Place { from: standing.point, to: standing.point, t: 0.0 }, standing.seconds);
     }
 }
 
@@ -265,7 +286,7 @@ mod tests {
     fn timed(speed: impl Fn(usize) -> f64) -> TimedPath {
         let path = path();
         let speed = (0..path.points.len()).map(speed).collect();
-        TimedPath { path, speed }
+        TimedPath { path, speed, standing: Vec::new() }
     }
 
     fn window(pixel: f64) -> Window {

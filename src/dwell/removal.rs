@@ -10,8 +10,8 @@
 //! solver's only choice for large problems.
 
 use super::footprint::Footprint;
-use super::fourier::{Convolution, good_length};
 use super::least_squares::LinearOperator;
+use crate::fourier::{Convolution, good_length};
 use crate::height_map::Grid;
 use crate::path::ToolPath;
 use rayon::prelude::*;
