@@ -25,7 +25,13 @@ const LAYERS: &[(&str, &[&str])] = &[
     ("motion", &["units", "diagnostics", "job", "workpiece", "tool", "path", "dwell"]),
     ("target", &["units", "diagnostics", "job", "path", "dwell", "motion"]),
     ("verify", &["units", "diagnostics", "job", "workpiece", "path", "dwell", "motion", "target"]),
-    ("report", &["units", "diagnostics", "job", "eval", "metrology", "tool", "path", "dwell", "motion", "target"]),
+    (
+        "simulate",
+        &[
+            "units", "diagnostics", "job", "height_map", "workpiece", "tool", "path", "dwell", "verify",
+        ],
+    ),
+    ("report", &["units", "diagnostics", "job", "eval", "metrology", "tool", "path", "dwell", "motion", "target", "simulate"]),
 ];
 
 fn rust_files(folder: &Path) -> Vec<PathBuf> {

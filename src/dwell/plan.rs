@@ -166,6 +166,8 @@ pub fn solve(task: Task, warnings: &mut Vec<Problem>) -> Result<Outcome, Problem
         solver_rms,
         ..outcome.figures
     };
+    outcome.ripple =
+        super::ripple(&outcome, &footprint, task.surface, task.clear, dwell.acceleration.0, task.line_pitch);
     check_solved(&outcome.figures, dwell, warnings)?;
     Ok(outcome)
 }

@@ -17,7 +17,7 @@ mod pvr;
 pub use figures::Figures;
 pub use inspect::{Inspection, inspect};
 pub use low_order::LowOrder;
-pub(crate) use low_order::plane_through;
+pub(crate) use low_order::{plane_through, subtract};
 pub use place::{ErrorMap, place};
 pub(crate) use place::{doubt_scale, surface_factor};
 pub use pvr::{Pvr, pvr};

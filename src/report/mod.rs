@@ -3,6 +3,12 @@
 //! In: the outcomes of the passes. Out: [`ResultFile`], the content of `result.json`, whose field names are fixed by the
 //! command line's page. Numbers are in the unit that their name ends with.
 
+mod simulation;
+
+pub use simulation::{
+    ContactResult, DifferenceResult, PlaceResult, RunResult, SimulatedResult, SimulationResult, simulation,
+};
+
 use crate::dwell::Outcome;
 use crate::eval::Requirement;
 use crate::metrology::Figures;
@@ -90,6 +96,12 @@ pub struct Predicted {
     pub pv_nm: f64,
     pub removal_mean_nm: f64,
     pub removal_max_nm: f64,
+    /// RMS at the frequency of the lines, where most is removed, and their distance. Missing where the clear aperture has no
+    /// room to see it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ripple_nm: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ripple_period_mm: Option<f64>,
 }
 
 #[derive(Clone, Debug, Serialize)]
@@ -142,16 +154,12 @@ pub fn rounded(value: f64, decimals: i32) -> f64 {
 
 const DEGREES: f64 = 180.0 / std::f64::consts::PI;
 
-/// What `require` may ask for, in SI, by its path without `result.`.
-pub fn results(
-    outcome: &Outcome,
-    path: &ToolPath,
-    motion: Option<&Motion>,
-    program: Option<&Program>,
-) -> BTreeMap<String, f64> {
+/// What `require` may ask of the surface and the dwell, in SI, by its path without `result.`.
+fn results_of(outcome: &Outcome) -> BTreeMap<String, f64> {
     let figures = &outcome.figures;
     let removal = Figures::of(outcome.removal.values.iter().copied());
-    let mut results = BTreeMap::from([
+    let ripple = outcome.ripple.map(|ripple| ("predicted.ripple".to_string(), ripple.rms));
+    let all = BTreeMap::from([
         ("predicted.rms".to_string(), figures.rms),
         ("predicted.pv".into(), figures.pv),
         ("predicted.removal.mean".into(), removal.mean),
@@ -159,8 +167,19 @@ pub fn results(
         ("predicted.removal.range".into(), removal.pv),
         ("dwell.time".into(), figures.time),
         ("dwell.base".into(), figures.base),
-        ("program.points".into(), path.points.len() as f64),
     ]);
+    all.into_iter().chain(ripple).collect()
+}
+
+/// What `require` may ask for, in SI, by its path without `result.`.
+pub fn results(
+    outcome: &Outcome,
+    path: &ToolPath,
+    motion: Option<&Motion>,
+    program: Option<&Program>,
+) -> BTreeMap<String, f64> {
+    let mut results = results_of(outcome);
+    results.insert("program.points".into(), path.points.len() as f64);
     if let Some(motion) = motion {
         let figures = &motion.figures;
         results.extend([
@@ -250,6 +269,8 @@ pub fn predicted(outcome: &Outcome, dry_run: bool) -> Predicted {
         pv_nm: rounded(figures.pv * 1e9, 3),
         removal_mean_nm: rounded(figures.mean_removal * 1e9, 3),
         removal_max_nm: rounded(figures.greatest_removal * 1e9, 3),
+        ripple_nm: outcome.ripple.map(|ripple| rounded(ripple.rms * 1e9, 4)),
+        ripple_period_mm: outcome.ripple.map(|ripple| rounded(ripple.period * 1e3, 4)),
     }
 }
 

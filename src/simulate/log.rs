@@ -207,10 +207,10 @@ const DAY: f64 = 86_400.0;
 fn spatial_analyzer(text: &str, name: &str) -> Result<Log, Problem> {
     let mut scale = None;
     let mut frame_name = None;
-    let (mut index, mut seconds) = (Vec::new(), Vec::new());
+    let (mut index, mut seconds): (Vec<f64>, Vec<f64>) = (Vec::new(), Vec::new());
     let mut group: Option<(String, String)> = None;
     let mut log = Log { frame: None, frame_name: None, time: Vec::new(), position: Vec::new(), clock: 0.0 };
-    let mut days = 0.0;
+    let mut days = 0.0f64;
     for (i, row) in text.lines().enumerate() {
         let line = i + 1;
         let row = row.trim();

@@ -1,0 +1,139 @@
+//! Ripple: what the distance of the lines leaves between them.
+//!
+//! In: a solved run. Out: [`Ripple`]: the root mean square of the removal at the frequency of the lines, where most is taken off.
+//! The error map's pixels are too coarse to show it, so small patches are predicted anew, finer than the lines lie apart,
+//! with the rate itself (no table, whose interpolation makes ripples of its own), and looked at through the power spectral
+//! density.
+//!
+//! Over lines `p` apart, driven evenly, the removal is periodic, and the amplitude of its first harmonic against the mean
+//! is the transform of the influence function at `1/p` against its volume, twice:
+//!
+//! ```text
+//! a / m = 2 |H(1/p)| / H(0)        for a Gaussian  2 exp(-2 pi² sigma² / p²)
+//! ```
+//!
+//! A Gaussian that is cut off leaves more than that: the step at its rim has all frequencies.
+
+use super::TimedPath;
+use super::footprint::Footprint;
+use super::outcome::Outcome;
+use super::prediction::{Place, each_stamp};
+use super::removal::{Window, parts};
+use super::speed::Limits;
+use crate::height_map::Grid;
+use crate::job::{Aperture, Term};
+use crate::metrology::{psd, subtract};
+use crate::workpiece::form::Surface;
+use rayon::prelude::*;
+
+/// What the lines leave.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ripple {
+    /// Of periods within a quarter of the pitch's frequency, in any direction, metres.
+    pub rms: f64,
+    /// Distance of the lines, metres.
+    pub period: f64,
+    /// Middle of the patch that shows most of it.
+    pub place: [f64; 2],
+}
+
+/// Side of a patch in pitches: the spectrum then tells frequencies apart by an eighth of the lines'.
+const PITCHES: usize = 8;
+
+/// Pixels a pitch: the lines' frequency is half of the highest that the patch has.
+const PIXELS: usize = 4;
+
+/// Parts of a line between two stamps of a patch, a pitch: a quarter keeps the rim of a cut spot from being seen as
+/// single stamps.
+const STAMPS: f64 = 4.0;
+
+/// Frequencies that count as the lines', against theirs.
+const BAND: [f64; 2] = [0.75, 1.25];
+
+/// Places tried along each axis, and patches predicted: those where most is removed, since the ripple is a share of it.
+const PLACES: usize = 5;
+const PATCHES: usize = 5;
+
+/// The ripple that a run leaves. `None` where no patch of eight pitches lies inside the clear aperture.
+pub fn ripple(
+    outcome: &Outcome,
+    footprint: &Footprint,
+    surface: &dyn Surface,
+    clear: &Aperture,
+    acceleration: f64,
+    line_pitch: f64,
+) -> Option<Ripple> {
+    let side = PITCHES as f64 * line_pitch;
+    let bounds = clear.bounds();
+    let along = |axis: usize, k: usize| {
+        bounds.min[axis] + (k as f64 + 1.0) / (PLACES as f64 + 1.0) * (bounds.max[axis] - bounds.min[axis])
+    };
+    let mut places: Vec<([f64; 2], f64)> = (0..PLACES * PLACES)
+        .map(|i| [along(0, i % PLACES), along(1, i / PLACES)])
+        .filter(|[x, y]| clear.distance(*x, *y) >= side * std::f64::consts::FRAC_1_SQRT_2)
+        .filter_map(|place| Some((place, outcome.removal.interpolate(place[0], place[1])?)))
+        .collect();
+    // A stable sort: of equals the first.
+    places.sort_by(|a, b| b.1.total_cmp(&a.1));
+    places.truncate(PATCHES);
+    let limits = Limits { least: 0.0, greatest: f64::INFINITY, acceleration };
+    let found: Vec<Ripple> = places
+        .par_iter()
+        .filter_map(|(place, _)| {
+            let pixel = line_pitch / PIXELS as f64;
+            let count = PITCHES * PIXELS;
+            let origin = place.map(|middle| middle - pixel * (count - 1) as f64 / 2.0);
+            let window = Window { columns: count, rows: count, pixel: [pixel; 2], origin };
+            let depths = patch(&outcome.timed, footprint, surface, &limits, &window, line_pitch / STAMPS);
+            let mut grid = Grid { columns: count, rows: count, pixel: [pixel; 2], origin, values: depths };
+            let counts = vec![true; grid.values.len()];
+            // What the run does on a larger scale is no ripple; its low orders would leak through the window.
+            subtract(&mut grid, &counts, &[Term::piston, Term::tilt, Term::power])?;
+            let spectrum = psd(&grid, &counts)?;
+            let [low, high] = BAND.map(|share| share / line_pitch);
+            let rms = spectrum.mean_square_between(low, high).sqrt();
+            Some(Ripple { rms, period: line_pitch, place: *place })
+        })
+        .collect();
+    found.into_iter().reduce(|most, one| if one.rms > most.rms { one } else { most })
+}
+
+/// Depth removed on a small window, metres, by the rate itself, with stamps at most `step` apart.
+fn patch(
+    timed: &TimedPath,
+    footprint: &Footprint,
+    surface: &dyn Surface,
+    limits: &Limits,
+    window: &Window,
+    step: f64,
+) -> Vec<f64> {
+    let points = &timed.path.points;
+    let heights: Vec<f64> = (0..window.len())
+        .map(|i| {
+            let [x, y] = window.position(i);
+            surface.at(x, y).map_or(f64::NAN, |point| point.sag)
+        })
+        .collect();
+    let mut depths = vec![0.0; window.len()];
+    each_stamp(timed, footprint, footprint.radius, limits, window, |Place { from, to, t, share }, time| {
+        let (a, b) = (points.position(from), points.position(to));
+        let length = libm::hypot(libm::hypot(b[0] - a[0], b[1] - a[1]), b[2] - a[2]);
+        // The stamp stands for a part of the segment; it is laid down in finer ones.
+        let finer = parts(length * share, step);
+        let between = |a: [f64; 3], b: [f64; 3], t: f64| [0, 1, 2].map(|i| a[i] + t * (b[i] - a[i]));
+        let normal = between(points.normal(from), points.normal(to), t);
+        let size = normal.iter().map(|n| n * n).sum::<f64>().sqrt();
+        let Some([u, v]) = footprint.carried_axes(normal.map(|n| n / size)) else { return };
+        for k in 0..finer {
+            let t = t + ((k as f64 + 0.5) / finer as f64 - 0.5) * share;
+            let contact = between(a, b, t);
+            for (i, depth) in depths.iter_mut().enumerate() {
+                let [x, y] = window.position(i);
+                let d = [x - contact[0], y - contact[1], heights[i] - contact[2]];
+                let along = |axis: [f64; 3]| axis[0] * d[0] + axis[1] * d[1] + axis[2] * d[2];
+                *depth += time / finer as f64 * footprint.rate(along(u), along(v));
+            }
+        }
+    });
+    depths
+}
