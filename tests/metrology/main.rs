@@ -2,6 +2,7 @@
 #![allow(clippy::disallowed_methods, reason = "tests may use the platform's mathematics")]
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may panic, and says what it skips")]
 
+mod figures;
 mod influence;
 mod placing;
 mod reading;
