@@ -137,3 +137,85 @@ fn patch(
     });
     depths
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::footprint::examples::gaussian;
+    use super::super::outcome::Figures;
+    use super::*;
+    use crate::job::{Circle, Plane};
+    use crate::path::{Line, Link, ToolPath};
+    use crate::units::si::Length;
+    use std::f64::consts::{PI, TAU};
+
+    const SIGMA: f64 = 2e-3;
+    const SPEED: f64 = 0.01;
+    const PEAK: f64 = 1e-8;
+
+    /// Parallel lines `pitch` apart over 70 mm, turned by `angle`, driven evenly.
+    fn found(pitch: f64, angle: f64, footprint: &Footprint) -> Ripple {
+        let (s, c) = angle.sin_cos();
+        let mut path = ToolPath::default();
+        let lines = (70e-3 / pitch) as i32;
+        for line in -lines / 2..=lines / 2 {
+            let start = path.points.len();
+            for i in -12..=12 {
+                let (u, v) = (f64::from(i) * 3e-3, (f64::from(line) + 0.3) * pitch);
+                path.points.push([c * u - s * v, s * u + c * v, 0.0], [0.0, 0.0, 1.0]);
+            }
+            path.lines.push(Line { points: start..path.points.len(), link: Link::Lifted });
+        }
+        let speed = vec![SPEED; path.points.len()];
+        let clear = Aperture::circle(Circle { diameter: Length(40e-3), centre: None });
+        let removal = Grid { columns: 41, rows: 41, pixel: [1e-3; 2], origin: [-20e-3; 2], values: vec![1e-9; 41 * 41] };
+        let timed = TimedPath { path, speed, standing: Vec::new() };
+        let outcome =
+            Outcome { timed, residual: removal.clone(), removal, figures: Figures::default(), ripple: None };
+        ripple(&outcome, footprint, &Plane {}, &clear, 1e9, pitch).expect("room for a patch")
+    }
+
+    /// Mean removal of even lines: V / (v p).
+    fn mean(footprint: &Footprint, pitch: f64) -> f64 {
+        footprint.volume_rate / (SPEED * pitch)
+    }
+
+    #[test]
+    fn a_gaussian_leaves_what_its_transform_says() {
+        // Cut at 6 sigma, where the rate is 1.5e-8 of the peak.
+        let footprint = gaussian(PEAK, SIGMA, 6.0 * SIGMA);
+        for (pitch, angle) in [(2.0 * SIGMA, 0.0), (2.0 * SIGMA, 0.6), (1.6 * SIGMA, PI / 2.0), (1.3 * SIGMA, 1.1)] {
+            let found = found(pitch, angle, &footprint);
+            let amplitude = 2.0 * (-2.0 * PI * PI * SIGMA * SIGMA / (pitch * pitch)).exp() * mean(&footprint, pitch);
+            let expected = amplitude / 2f64.sqrt();
+            assert!((found.rms - expected).abs() < 0.03 * expected, "{pitch} {angle}: {} {expected}", found.rms);
+            assert_eq!(found.period, pitch);
+        }
+        // At a pitch of one sigma nothing is left that counts: 4e-9 of the mean by the formula.
+        let fine = found(SIGMA, 0.3, &footprint);
+        assert!(fine.rms < 1e-6 * mean(&footprint, SIGMA), "{}", fine.rms);
+    }
+
+    #[test]
+    fn a_cut_gaussian_leaves_more() {
+        // The transform of a rate of radius, H(f) = 2 pi times the integral of r g(r) J0(2 pi f r) from 0 to R, by the
+        // midpoint rule.
+        let radius = 2.5 * SIGMA;
+        let footprint = gaussian(PEAK, SIGMA, radius);
+        let transform = |f: f64| {
+            let n = 20_000;
+            let step = radius / f64::from(n);
+            let part = |k: i32| {
+                let r = (f64::from(k) + 0.5) * step;
+                r * PEAK * (-r * r / (2.0 * SIGMA * SIGMA)).exp() * libm::j0(TAU * f * r)
+            };
+            TAU * step * (0..n).map(part).sum::<f64>()
+        };
+        for pitch in [1.7 * SIGMA, 1.2 * SIGMA, 0.8 * SIGMA] {
+            let found = found(pitch, 0.4, &footprint);
+            let share = 2.0 * transform(1.0 / pitch).abs() / transform(0.0);
+            let expected = share * mean(&footprint, pitch) / 2f64.sqrt();
+            // Stamps a quarter of the pitch apart are not yet a line where the spot is cut.
+            assert!((found.rms - expected).abs() < 0.1 * expected, "{pitch}: {} {expected}", found.rms);
+        }
+    }
+}
