@@ -248,6 +248,26 @@ impl Convolution {
         convolution
     }
 
+    /// A filter: the same with `shape` of each value of the kernel's spectrum, real and imaginary part, in its place. `shape`
+    /// of the conjugate value must be the conjugate, so that a real grid stays real.
+    pub fn shaped(
+        rows: usize,
+        columns: usize,
+        kernel: &[f64],
+        shape: impl Fn([f64; 2]) -> [f64; 2] + Sync,
+    ) -> Convolution {
+        let mut convolution = Convolution::new(rows, columns, kernel);
+        let (size, count) = (columns * BLOCK, (rows * columns) as f64);
+        convolution.kernel.par_chunks_mut(2 * size).for_each(|block| {
+            let (re, im) = block.split_at_mut(size);
+            for (re, im) in re.iter_mut().zip(im) {
+                let shaped = shape([*re * count, *im * count]);
+                (*re, *im) = (shaped[0] / count, shaped[1] / count);
+            }
+        });
+        convolution
+    }
+
     /// `grid` becomes its convolution with the kernel.
     pub fn convolve(&mut self, grid: &mut [f64]) {
         self.transform_rows(grid);
@@ -465,6 +485,24 @@ mod tests {
         let dot = |x: &[f64], y: &[f64]| x.iter().zip(y).map(|(x, y)| x * y).sum::<f64>();
         let size = dot(&ka, &ka).sqrt() * dot(&b, &b).sqrt();
         assert!((dot(&ka, &b) - dot(&a, &kb)).abs() < 1e-13 * size);
+    }
+
+    #[test]
+    fn a_shaped_kernel_filters() {
+        // A cosine with 3 periods along the columns, and an even kernel 1/4, 1/2, 1/4 along them: its transfer there is
+        // (1 + cos(2 pi 3 / n)) / 2. Shaped into its square root it passes the root of that.
+        let (rows, columns) = (6, 20);
+        let mut kernel = vec![0.0; rows * columns];
+        (kernel[0], kernel[1], kernel[columns - 1]) = (0.5, 0.25, 0.25);
+        let turn = 2.0 * std::f64::consts::PI * 3.0 / columns as f64;
+        let wave: Vec<f64> = (0..rows * columns).map(|i| libm::cos(turn * (i % columns) as f64)).collect();
+        let mut filtered = wave.clone();
+        Convolution::shaped(rows, columns, &kernel, |[re, im]| [libm::sqrt(libm::hypot(re, im)), 0.0])
+            .convolve(&mut filtered);
+        let passed = libm::sqrt((1.0 + libm::cos(turn)) / 2.0);
+        for (found, wave) in filtered.iter().zip(&wave) {
+            assert!((found - passed * wave).abs() < 1e-14, "{found} {}", passed * wave);
+        }
     }
 
     #[test]

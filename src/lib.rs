@@ -19,6 +19,7 @@ pub mod diagnostics;
 pub mod doc;
 pub mod dwell;
 pub mod eval;
+pub mod forecast;
 mod fourier;
 pub mod height_map;
 pub mod job;

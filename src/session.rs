@@ -12,6 +12,7 @@ use crate::diagnostics::render;
 use crate::diagnostics::{Diagnostic, Problem, Severity};
 use crate::dwell::{self, SpeedSteps, TimedPath};
 use crate::eval::{self, Requirement};
+use crate::forecast::{self, Expected, Prospect, Stock};
 use crate::height_map;
 use crate::job::{self, Job, Origins, Unchecked};
 use crate::metrology::{self, ErrorMap};
@@ -117,6 +118,11 @@ pub struct Planned {
     path: Option<ToolPath>,
     /// Its `timed` is empty once motion has taken it over; see [`Planned::timed`].
     pub dwell: Option<dwell::Outcome>,
+    /// What could be said before the dwell was solved.
+    pub prospect: Option<Prospect>,
+    pub stock: Option<Stock>,
+    /// What will come of the run, if the job states how well it knows what it was planned from.
+    pub expected: Option<Expected>,
     pub motion: Option<Checked<Motion>>,
     pub program: Option<Verified<Program>>,
     pub result: Option<JobResult>,
@@ -143,6 +149,9 @@ pub fn compile(files: &dyn FileProvider, request: &Request, watch: &dyn Watch) -
             surface: None,
             path: None,
             dwell: None,
+            prospect: None,
+            stock: None,
+            expected: None,
             motion: None,
             program: None,
             result: None,
@@ -280,7 +289,16 @@ impl Passes<'_> {
             dwell: corrective,
             speed_steps,
         };
+        self.planned.prospect = forecast::prospect(&task, self.said);
         let outcome = dwell::solve(task, self.said).map_err(one)?;
+        let clear = &job.workpiece.clear;
+        self.planned.stock = Some(forecast::stock(&outcome.removal, clear, &job.workpiece.form, surface));
+        if let Some(uncertainty) = &job.uncertainty {
+            let mut footprint = dwell::Footprint::of(&influence, job.tool.azimuth());
+            footprint.standoff = job.tool.standoff();
+            let run = forecast::Run { outcome: &outcome, footprint: &footprint, surface, clear, dwell: corrective };
+            self.planned.expected = forecast::expect(uncertainty, &run).map_err(one)?;
+        }
         if let Some(limits) = &limits {
             dwell::check_segment_times(
                 &outcome.timed,
@@ -415,11 +433,20 @@ impl Planned {
         }
     }
 
+    /// What is said beside the solution.
+    fn beside(&self) -> report::Beside<'_> {
+        report::Beside {
+            prospect: self.prospect.as_ref(),
+            stock: self.stock.as_ref(),
+            expected: self.expected.as_ref(),
+        }
+    }
+
     /// Puts together what is known.
     fn summarise(&mut self, purpose: Purpose, inputs: Vec<Input>, warnings: Vec<String>) {
         let (Some(outcome), Some(path)) = (&self.dwell, self.path()) else { return };
         let program = self.program.as_deref();
-        let results = report::results(outcome, path, self.motion.as_deref(), program);
+        let results = report::results(outcome, self.beside(), path, self.motion.as_deref(), program);
         self.result = Some(JobResult {
             name: self.name.clone(),
             part: self.job.workpiece.part.clone(),
@@ -430,7 +457,15 @@ impl Planned {
             programs: report::programs(program),
             path: report::path(path),
             dwell: report::dwell(outcome),
-            predicted: report::predicted(outcome, purpose == Purpose::DryRun),
+            predicted: report::predicted(
+                outcome,
+                self.expected.as_ref(),
+                self.job.uncertainty.as_ref(),
+                purpose == Purpose::DryRun,
+            ),
+            correctable: self.prospect.as_ref().map(report::correctable),
+            reach: self.prospect.as_ref().map(report::reach),
+            stock: self.stock.as_ref().map(report::stock),
             motion: self.motion.as_deref().map(report::motion),
             inputs,
             requirements: self.requirements.iter().map(|r| report::requirement(r, &results)).collect(),

@@ -22,16 +22,21 @@ const LAYERS: &[(&str, &[&str])] = &[
     ("tool", &["source", "units", "diagnostics", "job", "height_map", "workpiece", "metrology"]),
     ("path", &["units", "diagnostics", "job", "workpiece"]),
     ("dwell", &["units", "fourier", "diagnostics", "job", "height_map", "workpiece", "metrology", "tool", "path"]),
+    (
+        "forecast",
+        &["units", "diagnostics", "job", "height_map", "workpiece", "metrology", "tool", "path", "dwell", "fourier"],
+    ),
     ("motion", &["units", "diagnostics", "job", "workpiece", "tool", "path", "dwell"]),
     ("target", &["units", "diagnostics", "job", "path", "dwell", "motion"]),
     ("verify", &["units", "diagnostics", "job", "workpiece", "path", "dwell", "motion", "target"]),
+    ("simulate", &["units", "diagnostics", "job", "height_map", "workpiece", "tool", "path", "dwell", "verify"]),
     (
-        "simulate",
+        "report",
         &[
-            "units", "diagnostics", "job", "height_map", "workpiece", "tool", "path", "dwell", "verify",
+            "units", "diagnostics", "job", "eval", "metrology", "tool", "path", "dwell", "forecast", "motion", "target",
+            "simulate",
         ],
     ),
-    ("report", &["units", "diagnostics", "job", "eval", "metrology", "tool", "path", "dwell", "motion", "target", "simulate"]),
 ];
 
 fn rust_files(folder: &Path) -> Vec<PathBuf> {

@@ -41,6 +41,7 @@ library! {
     true "influence" "influence.polish"
     true "path" "path.polish"
     true "dwell" "dwell.polish"
+    true "uncertainty" "uncertainty.polish"
     true "robot" "robot.polish"
     true "cell" "cell.polish"
     true "target" "target.polish"

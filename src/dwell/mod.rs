@@ -10,7 +10,7 @@
 
 mod curved;
 mod feasibility;
-mod field;
+pub(crate) mod field;
 pub mod footprint;
 pub mod least_squares;
 mod outcome;

@@ -7,11 +7,13 @@ mod aperture;
 mod form;
 mod robot;
 mod target;
+mod uncertainty;
 
 pub use aperture::*;
 pub use form::*;
 pub use robot::*;
 pub use target::*;
+pub use uncertainty::*;
 
 use crate::source::Span;
 use crate::units::si::*;
@@ -48,6 +50,7 @@ pub struct Job {
     pub tool: Tool,
     pub path: Path,
     pub dwell: Dwell,
+    pub uncertainty: Option<Uncertainty>,
     pub robot: Option<Robot>,
     pub target: Option<Target>,
     pub unchecked: Option<Vec<Unchecked>>,

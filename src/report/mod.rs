@@ -11,6 +11,8 @@ pub use simulation::{
 
 use crate::dwell::Outcome;
 use crate::eval::Requirement;
+use crate::forecast::{Expected, Prospect, Stock};
+use crate::job::Uncertainty;
 use crate::metrology::Figures;
 use crate::motion::Motion;
 use crate::path::ToolPath;
@@ -38,6 +40,9 @@ pub struct JobResult {
     pub path: PathResult,
     pub dwell: DwellResult,
     pub predicted: Predicted,
+    pub correctable: Option<CorrectableResult>,
+    pub reach: Option<ReachResult>,
+    pub stock: Option<StockResult>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub motion: Option<MotionResult>,
     pub inputs: Vec<Input>,
@@ -102,6 +107,72 @@ pub struct Predicted {
     pub ripple_nm: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ripple_period_mm: Option<f64>,
+    /// Root of the mean square over many runs with the errors that the job states; nothing where it states none.
+    pub rms_expected_nm: Option<f64>,
+    /// 90 % of such runs stay below this.
+    pub rms_p90_nm: Option<f64>,
+    /// What each stated error adds in squares, the ideal residual first: what limits this run.
+    pub contributions: Vec<Contribution>,
+    /// The errors of `uncertainty` that the job does not state; they count as nothing.
+    pub not_stated: Vec<&'static str>,
+}
+
+/// One part of the expected residual.
+#[derive(Clone, Debug, Serialize)]
+pub struct Contribution {
+    /// `ideal`, or the field of `uncertainty`.
+    pub source: &'static str,
+    pub rms_nm: f64,
+    /// Its part of the expected mean square.
+    pub share: f64,
+}
+
+/// The error against the tool's transfer function, over the clear aperture.
+#[derive(Clone, Debug, Serialize)]
+pub struct CorrectableResult {
+    /// Ripples shorter than this are finer than the tool.
+    pub period_mm: f64,
+    pub rms_nm: f64,
+    pub finer_rms_nm: f64,
+    /// The least RMS that a run can be hoped to leave.
+    pub best_rms_nm: f64,
+}
+
+/// The path against the clear aperture.
+#[derive(Clone, Debug, Serialize)]
+pub struct ReachResult {
+    /// Pixels as the solver sees them that no part of the path reaches, their area, and the one that keeps most.
+    pub missed_pixels: usize,
+    pub missed_mm2: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub missed_at_mm: Option<[f64; 2]>,
+    /// What stays there at most.
+    pub missed_left_nm: f64,
+    /// The path's least strength against its mean.
+    pub least_strength: f64,
+    /// The most that the fastest run takes off beyond error and allowed layer, and where.
+    pub excess_nm: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub excess_at_mm: Option<[f64; 2]>,
+}
+
+/// The glass that goes, over the clear aperture.
+#[derive(Clone, Debug, Serialize)]
+pub struct StockResult {
+    pub depth_nm: f64,
+    pub volume_mm3: f64,
+    /// Sag of the removal's best-fit sphere; positive makes the surface more concave.
+    pub power_nm: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub radius_change_um: Option<f64>,
+}
+
+/// What is said beside the solution: of the run before it was solved, and of what will come of it.
+#[derive(Clone, Copy, Default)]
+pub struct Beside<'a> {
+    pub prospect: Option<&'a Prospect>,
+    pub stock: Option<&'a Stock>,
+    pub expected: Option<&'a Expected>,
 }
 
 #[derive(Clone, Debug, Serialize)]
@@ -154,12 +225,17 @@ pub fn rounded(value: f64, decimals: i32) -> f64 {
 
 const DEGREES: f64 = 180.0 / std::f64::consts::PI;
 
-/// What `require` may ask of the surface and the dwell, in SI, by its path without `result.`.
-fn results_of(outcome: &Outcome) -> BTreeMap<String, f64> {
+/// What `require` may ask for, in SI, by its path without `result.`.
+pub fn results(
+    outcome: &Outcome,
+    beside: Beside,
+    path: &ToolPath,
+    motion: Option<&Motion>,
+    program: Option<&Program>,
+) -> BTreeMap<String, f64> {
     let figures = &outcome.figures;
     let removal = Figures::of(outcome.removal.values.iter().copied());
-    let ripple = outcome.ripple.map(|ripple| ("predicted.ripple".to_string(), ripple.rms));
-    let all = BTreeMap::from([
+    let mut results = BTreeMap::from([
         ("predicted.rms".to_string(), figures.rms),
         ("predicted.pv".into(), figures.pv),
         ("predicted.removal.mean".into(), removal.mean),
@@ -167,19 +243,26 @@ fn results_of(outcome: &Outcome) -> BTreeMap<String, f64> {
         ("predicted.removal.range".into(), removal.pv),
         ("dwell.time".into(), figures.time),
         ("dwell.base".into(), figures.base),
+        ("program.points".into(), path.points.len() as f64),
     ]);
-    all.into_iter().chain(ripple).collect()
-}
-
-/// What `require` may ask for, in SI, by its path without `result.`.
-pub fn results(
-    outcome: &Outcome,
-    path: &ToolPath,
-    motion: Option<&Motion>,
-    program: Option<&Program>,
-) -> BTreeMap<String, f64> {
-    let mut results = results_of(outcome);
-    results.insert("program.points".into(), path.points.len() as f64);
+    results.extend(outcome.ripple.map(|ripple| ("predicted.ripple".to_string(), ripple.rms)));
+    if let Some(expected) = beside.expected {
+        results.extend([
+            ("predicted.rms_expected".to_string(), expected.rms),
+            ("predicted.rms_p90".into(), expected.rms_p90),
+        ]);
+    }
+    if let Some(prospect) = beside.prospect {
+        results.extend(before(prospect));
+    }
+    if let Some(stock) = beside.stock {
+        results.extend([
+            ("stock.depth".to_string(), stock.depth),
+            ("stock.volume".into(), stock.volume),
+            ("stock.power".into(), stock.power),
+        ]);
+        results.extend(stock.radius_change.map(|change| ("stock.radius_change".to_string(), change)));
+    }
     if let Some(motion) = motion {
         let figures = &motion.figures;
         results.extend([
@@ -198,6 +281,18 @@ pub fn results(
         ]);
     }
     results
+}
+
+/// Those of them that are known before the run is solved.
+pub fn before(prospect: &Prospect) -> [(String, f64); 6] {
+    [
+        ("correctable.period".to_string(), prospect.correctable.period),
+        ("correctable.rms".into(), prospect.correctable.rms),
+        ("correctable.finer".into(), prospect.correctable.finer_rms),
+        ("correctable.best".into(), prospect.best_rms),
+        ("reach.missed".into(), prospect.reach.area),
+        ("reach.excess".into(), prospect.reach.excess),
+    ]
 }
 
 /// A requirement with what it came to.
@@ -258,8 +353,58 @@ pub fn dwell(outcome: &Outcome) -> DwellResult {
     }
 }
 
+/// What the tool can follow.
+pub fn correctable(prospect: &Prospect) -> CorrectableResult {
+    CorrectableResult {
+        period_mm: rounded(prospect.correctable.period * 1e3, 2),
+        rms_nm: rounded(prospect.correctable.rms * 1e9, 3),
+        finer_rms_nm: rounded(prospect.correctable.finer_rms * 1e9, 3),
+        best_rms_nm: rounded(prospect.best_rms * 1e9, 3),
+    }
+}
+
+/// What the path leaves out.
+pub fn reach(prospect: &Prospect) -> ReachResult {
+    let reach = &prospect.reach;
+    let place = |[x, y]: [f64; 2]| [rounded(x * 1e3, 2), rounded(y * 1e3, 2)];
+    ReachResult {
+        missed_pixels: reach.pixels,
+        missed_mm2: rounded(reach.area * 1e6, 3),
+        missed_at_mm: (reach.pixels > 0).then(|| place(reach.place)),
+        missed_left_nm: rounded(reach.left * 1e9, 3),
+        least_strength: rounded(reach.least_strength, 4),
+        excess_nm: rounded(reach.excess * 1e9, 3),
+        excess_at_mm: (reach.excess > 0.0).then(|| place(reach.excess_place)),
+    }
+}
+
+/// The glass that goes.
+pub fn stock(stock: &Stock) -> StockResult {
+    StockResult {
+        depth_nm: rounded(stock.depth * 1e9, 3),
+        volume_mm3: rounded(stock.volume * 1e9, 6),
+        power_nm: rounded(stock.power * 1e9, 3),
+        radius_change_um: stock.radius_change.map(|change| rounded(change * 1e6, 3)),
+    }
+}
+
+fn contributions(ideal: f64, expected: &Expected) -> Vec<Contribution> {
+    let all = std::iter::once(("ideal", ideal)).chain(expected.shares.iter().map(|share| (share.source, share.rms)));
+    all.map(|(source, rms)| Contribution {
+        source,
+        rms_nm: rounded(rms * 1e9, 3),
+        share: rounded(rms * rms / (expected.rms * expected.rms), 4),
+    })
+    .collect()
+}
+
 /// The surface before and after.
-pub fn predicted(outcome: &Outcome, dry_run: bool) -> Predicted {
+pub fn predicted(
+    outcome: &Outcome,
+    expected: Option<&Expected>,
+    stated: Option<&Uncertainty>,
+    dry_run: bool,
+) -> Predicted {
     let figures = &outcome.figures;
     Predicted {
         speaks_of: dry_run.then_some("the polishing program; a dry run removes nothing"),
@@ -271,6 +416,10 @@ pub fn predicted(outcome: &Outcome, dry_run: bool) -> Predicted {
         removal_max_nm: rounded(figures.greatest_removal * 1e9, 3),
         ripple_nm: outcome.ripple.map(|ripple| rounded(ripple.rms * 1e9, 4)),
         ripple_period_mm: outcome.ripple.map(|ripple| rounded(ripple.period * 1e3, 4)),
+        rms_expected_nm: expected.map(|expected| rounded(expected.rms * 1e9, 3)),
+        rms_p90_nm: expected.map(|expected| rounded(expected.rms_p90 * 1e9, 3)),
+        contributions: expected.map(|expected| contributions(figures.rms, expected)).unwrap_or_default(),
+        not_stated: stated.cloned().unwrap_or_default().not_stated(),
     }
 }
 

@@ -1,6 +1,6 @@
 //! What `simulate` says: the content of `simulate.json`. Field names are stable; numbers are in the unit that their name ends with.
 
-use super::{DEGREES, RequirementResult, requirement, results_of, rounded};
+use super::{Beside, DEGREES, RequirementResult, requirement, results, rounded};
 use crate::dwell::{Figures, Outcome};
 use crate::eval::Requirement;
 use crate::job::{Job, ZernikeOrder};
@@ -129,7 +129,9 @@ pub fn simulation(
 ) -> SimulationResult {
     let figures = &outcome.figures;
     let nm = |metres: f64| rounded(metres * 1e9, 3);
-    let results = results_of(outcome);
+    let mut results = results(outcome, Beside::default(), &outcome.timed.path, None, None);
+    // The stretches of a simulation have points of their own.
+    results.remove("program.points");
     let counts = vec![true; outcome.residual.values.len()];
     let robust = pvr(&outcome.residual, &counts, ZernikeOrder::fringe);
     SimulationResult {
