@@ -254,16 +254,18 @@ impl Table {
     }
 }
 
-/// Heads of the columns; `ripple` is what the distance of the lines leaves.
-const COLUMNS: [&str; 7] =
-    ["RMS nm", "PV nm", "ripple nm", "removed nm", "time min", "joint margin deg", "required"];
+/// Heads of the columns: `expected` is the RMS with the errors of `uncertainty`, `ripple` what the distance of the lines
+/// leaves.
+const COLUMNS: [&str; 8] =
+    ["RMS nm", "expected nm", "PV nm", "ripple nm", "removed nm", "time min", "joint margin deg", "required"];
 
 /// What stands in the columns; `None` where the job has no such figure or the sweep did not go so far.
-fn figures(result: &JobResult) -> [Option<String>; 7] {
+fn figures(result: &JobResult) -> [Option<String>; 8] {
     let met = result.requirements.iter().filter(|requirement| requirement.met == Met::Yes).count();
     let seconds = result.motion.as_ref().map_or(result.dwell.total_s, |motion| motion.time_s);
     [
         Some(format!("{:.2}", result.predicted.rms_nm)),
+        result.predicted.rms_expected_nm.map(|rms| format!("{rms:.2}")),
         Some(format!("{:.1}", result.predicted.pv_nm)),
         result.predicted.ripple_nm.map(|ripple| format!("{ripple:.3}")),
         Some(format!("{:.1}", result.predicted.removal_mean_nm)),
