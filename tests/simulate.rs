@@ -534,3 +534,94 @@ fn a_log_must_say_its_frame() {
         assert_eq!(codes(&mut logged.done, &logged.files, &of, Severity::Error), wanted, "{frame}");
     }
 }
+
+// ---- the residual that `build --emit residual` writes ----
+
+/// Place of a bump in the part, mm.
+const BUMP: [f64; 2] = [11.0, 6.0];
+
+/// `view`, `up`, and where the bump then lies in the picture: mm to the right of the middle and above it. Derived by hand
+/// in `tests/orientation.rs`.
+const ORIENTATIONS: [(&str, &str, [f64; 2]); 8] = [
+    ("from_tool_side", "plus_y", [11.0, 6.0]),
+    ("from_tool_side", "plus_x", [-6.0, 11.0]),
+    ("from_tool_side", "minus_y", [-11.0, -6.0]),
+    ("from_tool_side", "minus_x", [6.0, -11.0]),
+    ("from_back", "plus_y", [-11.0, 6.0]),
+    ("from_back", "plus_x", [6.0, 11.0]),
+    ("from_back", "minus_y", [11.0, -6.0]),
+    ("from_back", "minus_x", [-6.0, -11.0]),
+];
+
+/// Rows, columns and values of a `.npy` of doubles, read by the rules of NumPy's format page alone.
+fn read_npy(bytes: &[u8]) -> (usize, usize, Vec<f64>) {
+    assert_eq!(&bytes[..8], b"\x93NUMPY\x01\x00");
+    let length = usize::from(u16::from_le_bytes([bytes[8], bytes[9]]));
+    let header = std::str::from_utf8(&bytes[10..10 + length]).expect("ASCII");
+    assert!(header.contains("'descr': '<f8'") && header.contains("'fortran_order': False"), "{header}");
+    let shape = header.split("'shape': (").nth(1).expect("a shape").split(')').next().expect("a shape");
+    let sizes: Vec<usize> = shape.split(',').map(|size| size.trim().parse().expect("a size")).collect();
+    let data = bytes[10 + length..].chunks_exact(8).map(|b| f64::from_le_bytes(b.try_into().expect("8 bytes")));
+    (sizes[0], sizes[1], data.collect())
+}
+
+/// A bump of 600 nm, 6 mm of sigma, in each of the eight orientations with both signs. The job removes 90 % of it, so 60 nm
+/// of it are left where it is in the part: +11, +6 mm, whatever way the picture lies.
+#[test]
+fn the_emitted_residual_lies_in_the_part_frame() {
+    for (case, (view, up, [right, above])) in ORIENTATIONS.iter().enumerate() {
+        for (positive, sign) in [("high", 1.0), ("low", -1.0)] {
+            let (columns, rows) = (84, 65);
+            let heights: Vec<f64> = (0..columns * rows)
+                .map(|i| {
+                    let (x, y) = ((i % columns) as f64 - 41.5 - right, 32.0 - (i / columns) as f64 - above);
+                    sign * 600.0 * (-(x * x + y * y) / 72.0).exp()
+                })
+                .collect();
+            let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("residual_{case}_{positive}"));
+            std::fs::create_dir_all(&folder).expect("a folder");
+            let words = words(&[("view", view), ("up", up), ("positive", positive)]);
+            std::fs::write(folder.join("trial.polish"), job_text(&ASKEW, &words)).expect("written");
+            std::fs::write(folder.join("map.npy"), npy(columns, &heights)).expect("written");
+            let built = std::process::Command::new(env!("CARGO_BIN_EXE_polishc"))
+                .args(["build", "--emit", "residual", "-o"])
+                .args([folder.join("out"), folder.join("trial.polish")])
+                .output()
+                .expect("the tool runs");
+            assert!(built.status.success(), "{}", String::from_utf8_lossy(&built.stderr));
+            let bytes = std::fs::read(folder.join("out/trial.residual.npy")).expect("the residual");
+            let (found_rows, found_columns, values) = read_npy(&bytes);
+            // The picture's columns are the part's rows where +x or -x is up.
+            let turned = up.ends_with('x');
+            let wanted = if turned { (columns, rows) } else { (rows, columns) };
+            assert_eq!((found_rows, found_columns), wanted, "{view} {up}");
+            // Rows towards +y, columns towards +x, pixels of 1 mm, the picture's middle on the part's origin.
+            let place = |i: usize| {
+                let middle = |count: usize| (count - 1) as f64 / 2.0;
+                [
+                    (i % found_columns) as f64 - middle(found_columns),
+                    (i / found_columns) as f64 - middle(found_rows),
+                ]
+            };
+            let mut highest = (f64::NEG_INFINITY, 0);
+            for (i, value) in values.iter().enumerate() {
+                let [x, y] = place(i);
+                assert_eq!(value.is_nan(), x.hypot(y) > 27.5, "{view} {up}: {x} {y} {value}");
+                if *value > highest.0 {
+                    highest = (*value, i);
+                }
+            }
+            let [x, y] = place(highest.1);
+            let off = (x - BUMP[0]).hypot(y - BUMP[1]);
+            assert!(off <= 1.0, "{view} {up} positive {positive}: the rest of the bump is at {x}, {y}");
+            // In metres: 60 nm above what is left far from it, within the ripples of the solution.
+            let far: Vec<f64> = (0..values.len())
+                .filter(|i| !values[*i].is_nan())
+                .filter(|i| (place(*i)[0] - BUMP[0]).hypot(place(*i)[1] - BUMP[1]) > 20.0)
+                .map(|i| values[i])
+                .collect();
+            let step = highest.0 - far.iter().sum::<f64>() / far.len() as f64;
+            assert!((step - 60e-9).abs() < 6e-9, "{view} {up} positive {positive}: {step:e}");
+        }
+    }
+}
