@@ -20,7 +20,7 @@ mod slope;
 mod zernike_fit;
 
 pub use figures::Figures;
-pub use inspect::{Inspection, inspect};
+pub use inspect::{Inspection, MapFacts, ProfileFacts, inspect};
 pub use low_order::LowOrder;
 pub(crate) use low_order::{plane_through, subtract};
 pub use place::{ErrorMap, place};

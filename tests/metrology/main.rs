@@ -3,7 +3,11 @@
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may panic, and says what it skips")]
 
 mod figures;
+mod files;
+mod formats;
+mod hostile;
 mod influence;
 mod placing;
 mod reading;
+mod samples;
 mod workpiece;
