@@ -10,7 +10,7 @@ use polishc::diagnostics::{Diagnostic, Severity};
 use polishc::height_map::Grid;
 use polishc::motion::Purpose;
 use polishc::session::simulation::{Of, Simulation, simulate};
-use polishc::session::{self, Compilation, Request, Unwatched, Until};
+use polishc::session::{self, Compilation, Request, Until, Unwatched};
 use polishc::simulate::{self, log::Frame};
 use polishc::source::MemoryFiles;
 use polishc::target::Program;
@@ -24,7 +24,7 @@ const ACCELERATION: f64 = 500.0;
 fn map() -> Vec<u8> {
     let values = (0..84 * 65).map(|i| {
         let (x, y) = ((i % 84) as f64 - 41.5, 32.0 - (i / 84) as f64);
-        0.12 * (x * x + y * y) / 10.0 + 90.0 * (-((x - 8.0).powi(2) + (y + 5.0).powi(2)) / 60.0).exp()
+        (x * x + y * y) / 10.0 + 700.0 * (-((x - 8.0).powi(2) + (y + 5.0).powi(2)) / 60.0).exp()
     });
     npy(84, &values.collect::<Vec<_>>())
 }
@@ -101,7 +101,8 @@ fn the_text_of_a_program_removes_what_was_planned() {
         assert!(difference.share < 2e-4, "{name}: {difference:?}");
         assert!(difference.share > 0.0, "{name}: text is rounded, so something must differ");
         let time = (found.outcome.figures.time - plan.figures.time) / plan.figures.time;
-        assert!(time.abs() < 1e-4, "{name}: {} s, {} s", found.outcome.figures.time, plan.figures.time);
+        // The plan takes the length of links, which lie beside the part, along the glass; the text, along the tool.
+        assert!(time.abs() < 1e-3, "{name}: {} s, {} s", found.outcome.figures.time, plan.figures.time);
         let contact = found.result.program.expect("a program");
         assert!(contact.height_um < 1.0 && contact.lean_deg < 1e-3 && contact.too_fast == 0, "{name}: {contact:?}");
     }
@@ -115,8 +116,9 @@ fn a_job_without_a_robot_gives_its_plan() {
         !["robot:", "target:", "unchecked:"].iter().any(|word| line.starts_with(word))
     });
     let text = without.collect::<Vec<_>>().join("\n");
-    let files =
-        MemoryFiles([("trial/trial.polish".to_string(), text.into_bytes()), ("trial/map.npy".to_string(), map())].into());
+    let files = MemoryFiles(
+        [("trial/trial.polish".to_string(), text.into_bytes()), ("trial/map.npy".to_string(), map())].into(),
+    );
     let mut done = compile(&files, Until::Program);
     let found = good(&mut done, &files, &Of::Job);
     assert_eq!(found.result.of, "plan");
@@ -225,6 +227,19 @@ fn a_stop_put_into_a_line_removes_more() {
 }
 
 #[test]
+fn a_speed_that_the_arm_does_not_reach_is_told() {
+    let files = files(&words(&[]));
+    let mut done = compile(&files, Until::Program);
+    let ours = program(&done);
+    let moves = moves(&ours);
+    let one = &moves[middle(&moves)];
+    // To 200 mm/s from some 10 mm/s takes 40 mm at 500 mm/s²; the move has 2.
+    let fast = edited(&ours, one, |line| line.replacen(&format!("],[{},", one.speed), "],[200,", 1));
+    let warned = codes(&mut done, &files, &Of::Program(&fast), Severity::Warning);
+    assert!(warned.contains(&"W1301".to_string()), "{warned:?}");
+}
+
+#[test]
 fn a_point_taken_out_is_passed_by_on_the_straight_way() {
     let files = files(&words(&[]));
     let mut done = compile(&files, Until::Program);
@@ -233,7 +248,8 @@ fn a_point_taken_out_is_passed_by_on_the_straight_way() {
     let i = middle(&moves);
     let mut shorter = ours.clone();
     let text = String::from_utf8(shorter.files[moves[i].file].bytes.clone()).expect("ASCII");
-    let lines: Vec<&str> = text.split("\r\n").enumerate().filter(|(k, _)| *k != moves[i].line).map(|(_, l)| l).collect();
+    let lines: Vec<&str> =
+        text.split("\r\n").enumerate().filter(|(k, _)| *k != moves[i].line).map(|(_, l)| l).collect();
     shorter.files[moves[i].file].bytes = lines.join("\r\n").into_bytes();
     let found = good(&mut done, &files, &Of::Program(&shorter));
     let plan = done.jobs[0].dwell.as_ref().expect("a plan");
@@ -272,7 +288,8 @@ fn programs_that_cannot_be_simulated_are_refused() {
         edited
     };
     let digest_at = String::from_utf8(ours.files[0].bytes.clone()).expect("ASCII");
-    let digest = digest_at.split("_digest:=\"").nth(1).expect("a digest").split('"').next().expect("a digest").to_string();
+    let digest =
+        digest_at.split("_digest:=\"").nth(1).expect("a digest").split('"').next().expect("a digest").to_string();
     assert!(said(&main(&format!("_digest:=\"{digest}"), "_digest:=\"0123")).contains(&"E1009".to_string()));
     assert!(!said(&main("VelSet 100,5000;", "VelSet 50,5000;")).is_empty());
     assert_eq!(said(&main("MODULE", "MADULE")), ["E1000"]);
@@ -422,7 +439,9 @@ fn a_run_at_ninety_percent_removes_a_ninth_more() {
     let found = logged.run(&slow);
     let plan = logged.done.jobs[0].dwell.as_ref().expect("a plan");
     let ratio = found.outcome.figures.mean_removal / plan.figures.mean_removal;
-    assert!((ratio - 1.0 / 0.9).abs() < 1e-3, "{ratio}");
+    // Stamps of the plan lie half a sigma apart, which for a spot that is cut at 2.5 sigma is right to some parts in a
+    // thousand; those of the log lie closer.
+    assert!((ratio - 1.0 / 0.9).abs() < 4e-3, "{ratio}");
     let run = found.result.run.expect("a run");
     assert!((run.mean_speed_error + 0.1).abs() < 1e-3 && (run.rms_speed_error - 0.1).abs() < 3e-3, "{run:?}");
     assert!(found.result.warnings.iter().any(|w| w.starts_with("W1300")), "{:?}", found.result.warnings);
@@ -434,7 +453,8 @@ fn a_stop_over_the_part_is_found_and_digs_its_pit() {
     // The sample nearest to the middle of the part; the machine stands there for 5 s, trembling by 2 um.
     let near = |p: &[f64; 3]| p[0].hypot(p[1]);
     let on: Vec<usize> = (0..logged.samples.len()).filter(|i| logged.samples[*i].1[2] < 2.0).collect();
-    let at = on.into_iter().min_by(|a, b| near(&logged.samples[*a].1).total_cmp(&near(&logged.samples[*b].1))).expect("one");
+    let at =
+        on.into_iter().min_by(|a, b| near(&logged.samples[*a].1).total_cmp(&near(&logged.samples[*b].1))).expect("one");
     let mut samples = logged.samples[..=at].to_vec();
     let (t, [x, y, z]) = samples[at];
     for k in 1..=500 {
@@ -460,13 +480,10 @@ fn a_stop_over_the_part_is_found_and_digs_its_pit() {
 #[test]
 fn samples_that_are_missing_are_told() {
     let mut logged = logged(&[]);
-    // A second of a line in the middle is lost.
+    // 10 mm of a line in the middle are lost.
     let at = logged.samples.iter().position(|(_, [x, y, z])| *z < 2.0 && x.abs() < 1.0 && y.abs() < 1.5).expect("one");
-    let speed = {
-        let (a, b) = (logged.samples[at].1, logged.samples[at + 1].1);
-        (b[0] - a[0]).hypot(b[1] - a[1]) / 0.01
-    };
-    let lost = (10.0 / speed / 0.01) as usize;
+    let gone = |k: usize| (logged.samples[k].1[0] - logged.samples[at].1[0]).abs();
+    let lost = (at + 1..).position(|k| gone(k) > 10.0).expect("10 mm farther on");
     let mut samples = logged.samples.clone();
     samples.drain(at + 1..at + 1 + lost);
     let found = logged.run(&samples);
@@ -598,10 +615,7 @@ fn the_emitted_residual_lies_in_the_part_frame() {
             // Rows towards +y, columns towards +x, pixels of 1 mm, the picture's middle on the part's origin.
             let place = |i: usize| {
                 let middle = |count: usize| (count - 1) as f64 / 2.0;
-                [
-                    (i % found_columns) as f64 - middle(found_columns),
-                    (i / found_columns) as f64 - middle(found_rows),
-                ]
+                [(i % found_columns) as f64 - middle(found_columns), (i / found_columns) as f64 - middle(found_rows)]
             };
             let mut highest = (f64::NEG_INFINITY, 0);
             for (i, value) in values.iter().enumerate() {

@@ -52,7 +52,7 @@ const BAND: [f64; 2] = [0.75, 1.25];
 
 /// Places tried along each axis, and patches predicted: those where most is removed, since the ripple is a share of it.
 const PLACES: usize = 5;
-const PATCHES: usize = 5;
+const PATCHES: usize = 3;
 
 /// The ripple that a run leaves. `None` where no patch of eight pitches lies inside the clear aperture.
 pub fn ripple(
@@ -167,10 +167,10 @@ mod tests {
         }
         let speed = vec![SPEED; path.points.len()];
         let clear = Aperture::circle(Circle { diameter: Length(40e-3), centre: None });
-        let removal = Grid { columns: 41, rows: 41, pixel: [1e-3; 2], origin: [-20e-3; 2], values: vec![1e-9; 41 * 41] };
+        let removal =
+            Grid { columns: 41, rows: 41, pixel: [1e-3; 2], origin: [-20e-3; 2], values: vec![1e-9; 41 * 41] };
         let timed = TimedPath { path, speed, standing: Vec::new() };
-        let outcome =
-            Outcome { timed, residual: removal.clone(), removal, figures: Figures::default(), ripple: None };
+        let outcome = Outcome { timed, residual: removal.clone(), removal, figures: Figures::default(), ripple: None };
         ripple(&outcome, footprint, &Plane {}, &clear, 1e9, pitch).expect("room for a patch")
     }
 

@@ -8,7 +8,7 @@ use crate::diagnostics::{Diagnostic, Problem, codes, render};
 use crate::dwell::Outcome;
 use crate::job;
 use crate::report::{self, SimulationResult};
-use crate::simulate::as_run::AsRun;
+use crate::simulate::as_run::{AsRun, At};
 use crate::simulate::contact::Contact;
 use crate::simulate::log::{self, Frame};
 use crate::simulate::{self, Difference, SAME, Scene};
@@ -45,8 +45,12 @@ pub fn simulate(done: &mut Compilation, files: &dyn FileProvider, of: &Of) -> Op
             None
         }
     };
-    let found: Vec<Diagnostic> =
-        said.into_iter().map(|problem| in_text(problem, &planned.origins, &done.sources)).collect();
+    let place = |mut problem: Problem| {
+        // A log is no field of the job: there is no line to show.
+        problem.field = problem.field.filter(|field| field != "log");
+        in_text(problem, &planned.origins, &done.sources)
+    };
+    let found: Vec<Diagnostic> = said.into_iter().map(place).collect();
     let warnings: Vec<String> = found.iter().map(|d| format!("{}: {}", d.code, d.message)).collect();
     done.diagnostics.extend(found);
     render::sort(&mut done.diagnostics);
@@ -143,12 +147,7 @@ struct Found {
     run: Option<AsRun>,
 }
 
-fn program_of(
-    planned: &Planned,
-    program: &Program,
-    scene: &Scene,
-    found: &mut Found,
-) -> Result<Outcome, Vec<Problem>> {
+fn program_of(planned: &Planned, program: &Program, scene: &Scene, found: &mut Found) -> Result<Outcome, Vec<Problem>> {
     let Some(motion) = &planned.motion else { return Err(vec![crate::target::no_target()]) };
     let trace = verify::trace(program, motion, &planned.job, scene.surface)?;
     let (outcome, contact) = simulate::program(&trace, scene).map_err(|p| vec![p])?;
@@ -161,13 +160,14 @@ fn no_frame(log: &log::Log, name: &str, frame: Option<Frame>) -> Option<Problem>
         return None;
     }
     let message = match &log.frame_name {
-        Some(theirs) => format!("the log `{name}` is in the frame `{}`, which says nothing here", theirs.escape_default()),
+        Some(theirs) => {
+            format!("the log `{name}` is in the frame `{}`, which says nothing here", theirs.escape_default())
+        }
         None => format!("the log `{name}` does not say which frame its positions are in"),
     };
-    Some(
-        Problem::error(codes::E1305, "log", message)
-            .help("say `--frame part` if they are in the part frame (a controller's object frame); bring them there if not"),
-    )
+    Some(Problem::error(codes::E1305, "log", message).help(
+        "say `--frame part` if they are in the part frame (a controller's object frame); bring them there if not",
+    ))
 }
 
 fn otherwise(what: &str, difference: &Difference) -> Problem {
@@ -184,8 +184,8 @@ fn otherwise(what: &str, difference: &Difference) -> Problem {
 fn warnings_of_run(run: &AsRun) -> Vec<Problem> {
     let mut said = Vec::new();
     let place = |[x, y]: [f64; 2]| format!("x {:.3} mm, y {:.3} mm", x * 1e3 + 0.0, y * 1e3 + 0.0);
-    let longest = |all: &[crate::simulate::as_run::At]| {
-        all.iter().copied().fold(None, |most: Option<crate::simulate::as_run::At>, at| match most {
+    let longest = |all: &[At]| {
+        all.iter().copied().fold(None, |most: Option<At>, at| match most {
             Some(most) if most.value >= at.value => Some(most),
             _ => Some(at),
         })
@@ -195,27 +195,25 @@ fn warnings_of_run(run: &AsRun) -> Vec<Problem> {
         let mut message =
             format!("the log tells nothing of {:.1} % of the path over the clear aperture", run.missing * 100.0);
         if let Some(hole) = longest(&run.holes) {
+            let many =
+                if run.holes.len() > 1 { format!(", the longest of {} holes", run.holes.len()) } else { String::new() };
             message += &format!(
-                ", and has {} without samples while the machine went on, the longest {:.2} s from {}",
-                times(run.holes.len(), "time"),
-                hole.value,
-                place(hole.place)
+                "; after {} there are no samples for {:.2} s, while the machine went on{many}",
+                place(hole.place),
+                hole.value
             );
         }
         said.push(Problem::warning(codes::W1302, "log", message));
     }
     if let Some(stop) = longest(&run.stops) {
+        let many =
+            if run.stops.len() > 1 { format!(", the longest of {} stops", run.stops.len()) } else { String::new() };
         let message = format!(
-            "the machine stood {} over the part longer than planned, the longest {:.1} s at {}",
-            times(run.stops.len(), "time"),
-            stop.value,
-            place(stop.place)
+            "the machine stood over the part at {} for {:.1} s longer than planned{many}",
+            place(stop.place),
+            stop.value
         );
         said.push(Problem::warning(codes::W1303, "log", message));
     }
     said
-}
-
-fn times(count: usize, word: &str) -> String {
-    if count == 1 { format!("1 {word}") } else { format!("{count} {word}s") }
 }

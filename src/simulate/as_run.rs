@@ -22,6 +22,10 @@ const LIFTED: f64 = 2e-3;
 /// where it crosses lines; a good one is everywhere but at a disturbance.
 const LEAST_ON_PATH: f64 = 0.9;
 
+/// Least way along the path against the samples' own: they are the same but for corners that samples cut, and nothing of it
+/// is left where places are near the path by chance.
+const LEAST_PROGRESS: f64 = 0.5;
+
 /// Samples are a hole when they lie farther apart in time than this many usual intervals.
 const HOLE: f64 = 5.0;
 
@@ -150,6 +154,14 @@ fn on_the_path(
             plan.sigma * 1e3
         )));
     }
+    let (gone, along) = progress(followed, places, plan.sigma);
+    if !(gone > 0.0 && along >= LEAST_PROGRESS * gone) {
+        return Err(another_frame(format!(
+            "the log does not go along the path of the job: while it goes {:.3} mm, the nearest place of the path goes on by {:.3} mm",
+            gone * 1e3,
+            along * 1e3
+        )));
+    }
     run.beside = median(followed.beside.iter().copied().filter(|beside| !beside.is_nan()));
     if run.beside > plan.line_pitch / 2.0 {
         return Err(another_frame(format!(
@@ -162,6 +174,25 @@ fn on_the_path(
     let beside = followed.beside.iter().zip(places).filter(|(beside, _)| !beside.is_nan());
     run.most_beside = greatest(beside.map(|(value, place)| At { place: *place, value: *value }));
     Ok(())
+}
+
+/// How far the samples that lie on the path go, in steps of half a spot's width, and how far the path goes on meanwhile.
+fn progress(followed: &Followed, places: &[[f64; 2]], sigma: f64) -> (f64, f64) {
+    let (mut gone, mut along) = (0.0, 0.0);
+    let mut last: Option<([f64; 2], f64)> = None;
+    for (place, length) in places.iter().zip(&followed.length).filter(|(_, length)| !length.is_nan()) {
+        let Some((from, before)) = last else {
+            last = Some((*place, *length));
+            continue;
+        };
+        let step = libm::hypot(place[0] - from[0], place[1] - from[1]);
+        if step >= sigma / 2.0 {
+            gone += step;
+            along += length - before;
+            last = Some((*place, *length));
+        }
+    }
+    (gone, along)
 }
 
 /// The entry of greatest size; the first of equals.
@@ -312,7 +343,10 @@ fn stops(
             continue;
         }
         let mut end = i;
-        while end + 1 < places.len() && on[end + 1] && libm::hypot(places[end + 1][0] - x, places[end + 1][1] - y) <= near {
+        while end + 1 < places.len()
+            && on[end + 1]
+            && libm::hypot(places[end + 1][0] - x, places[end + 1][1] - y) <= near
+        {
             end += 1;
         }
         let stood = log.time[end] - log.time[i];

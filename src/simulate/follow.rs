@@ -8,6 +8,13 @@ use crate::dwell::TimedPath;
 use crate::dwell::speed::{self, Limits, Segments};
 use crate::path::Link;
 
+/// Change of speed within a segment, as a share, from which its ramp is followed: below, its time is shared out evenly
+/// within a hundredth.
+const STEADY: f64 = 0.02;
+
+/// Parts of such a segment.
+const RAMP_PARTS: usize = 8;
+
 /// The plan as one way, its nodes in order.
 pub struct Way {
     pub x: Vec<f64>,
@@ -34,12 +41,33 @@ impl Way {
         let (mut length, mut time, mut segment) = (0.0, 0.0, 0);
         let mut link = Link::Lifted;
         for line in &timed.path.lines {
+            let mut before = 0.0;
             for i in line.points.clone() {
                 let joined = i > line.points.start || link == Link::OnSurface;
                 if i > line.points.start {
-                    length += distance(points.position(i - 1), points.position(i));
+                    let step = distance(points.position(i - 1), points.position(i));
+                    let (speed, stops) = (timed.speed[i], i + 1 == line.points.end);
+                    // Where the speed changes much within a segment, nodes between say when the tool passes where.
+                    if stops || (speed - before).abs() > STEADY * speed {
+                        let mut passed = 0.0;
+                        let whole = (segments.length[segment], RAMP_PARTS);
+                        speed::part_times(whole, (before, speed, stops), acceleration, |part, spent| {
+                            passed += spent;
+                            if part + 1 < RAMP_PARTS {
+                                let t = (part + 1) as f64 / RAMP_PARTS as f64;
+                                let between = |v: &[f64]| v[i - 1] + t * (v[i] - v[i - 1]);
+                                way.x.push(between(&points.x));
+                                way.y.push(between(&points.y));
+                                way.length.push(length + t * step);
+                                way.time.push(time + passed);
+                                way.joined.push(true);
+                            }
+                        });
+                    }
+                    length += step;
                     time += times[segment];
                     segment += 1;
+                    before = speed;
                 } else if let (Link::OnSurface, Some(before)) = (link, i.checked_sub(1)) {
                     let step = distance(points.position(before), points.position(i));
                     length += step;
@@ -80,7 +108,8 @@ impl Way {
         let (a, b) = ([self.x[i - 1], self.y[i - 1]], [self.x[i], self.y[i]]);
         let d = [b[0] - a[0], b[1] - a[1]];
         let square = d[0] * d[0] + d[1] * d[1];
-        let t = if square > 0.0 { (((p[0] - a[0]) * d[0] + (p[1] - a[1]) * d[1]) / square).clamp(0.0, 1.0) } else { 0.0 };
+        let t =
+            if square > 0.0 { (((p[0] - a[0]) * d[0] + (p[1] - a[1]) * d[1]) / square).clamp(0.0, 1.0) } else { 0.0 };
         (t, libm::hypot(p[0] - a[0] - t * d[0], p[1] - a[1] - t * d[1]))
     }
 
@@ -197,14 +226,7 @@ fn ahead(way: &Way, p: [f64; 2], last: Place, moved: f64, tolerance: f64) -> Opt
 }
 
 /// The place of sample `i` anywhere on the way from the length `from` on: the one from which the next samples follow best.
-fn search(
-    way: &Way,
-    places: &[[f64; 2]],
-    on: &[bool],
-    i: usize,
-    from: f64,
-    tolerance: f64,
-) -> Option<Place> {
+fn search(way: &Way, places: &[[f64; 2]], on: &[bool], i: usize, from: f64, tolerance: f64) -> Option<Place> {
     let judged: Vec<usize> = (i..places.len()).take_while(|k| on[*k]).take(JUDGED).collect();
     let mut best: Option<(f64, Place)> = None;
     let mut looked = 0;
@@ -238,7 +260,8 @@ fn search(
             }
         }
         let cost = start.beside * start.beside + sum;
-        if cost < 0.5 * judged.len() as f64 * tolerance * tolerance && best.as_ref().is_none_or(|(least, _)| cost < *least)
+        if cost < 0.5 * judged.len() as f64 * tolerance * tolerance
+            && best.as_ref().is_none_or(|(least, _)| cost < *least)
         {
             best = Some((cost, start));
         }

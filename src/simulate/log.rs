@@ -81,7 +81,8 @@ fn too_few(name: &str, count: usize) -> Problem {
 fn not_forward(name: &str, line: usize, before: f64, now: f64) -> Problem {
     let message =
         format!("the log `{name}` line {line}: the time goes from {before:.6} s to {now:.6} s; it must go forward");
-    Problem::error(codes::E1303, "log", message).help("give the samples of one run, once each, in the order they were taken")
+    Problem::error(codes::E1303, "log", message)
+        .help("give the samples of one run, once each, in the order they were taken")
 }
 
 /// One number of a log.
@@ -93,7 +94,8 @@ fn number(text: &str, name: &str, line: usize) -> Result<f64, Problem> {
 }
 
 /// Units that a head may name, with their size in metres.
-const LENGTHS: &[(&str, f64)] = &[("m", 1.0), ("mm", 1e-3), ("um", 1e-6), ("µm", 1e-6), ("inches", 0.0254), ("inch", 0.0254)];
+const LENGTHS: &[(&str, f64)] =
+    &[("m", 1.0), ("mm", 1e-3), ("um", 1e-6), ("µm", 1e-6), ("inches", 0.0254), ("inch", 0.0254)];
 
 const TIMES: &[(&str, f64)] = &[("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("µs", 1e-6)];
 
@@ -258,9 +260,8 @@ fn spatial_analyzer(text: &str, name: &str) -> Result<Log, Problem> {
         if let Some(before) = index.last().filter(|before| !(count > **before)) {
             return Err(not_forward(name, line, *before, count));
         }
-        let now = clock(time).ok_or_else(|| {
-            unreadable(name, Some(line), format!("`{}` is no time of day", time.escape_default()))
-        })?;
+        let now = clock(time)
+            .ok_or_else(|| unreadable(name, Some(line), format!("`{}` is no time of day", time.escape_default())))?;
         // Past midnight the clock begins anew.
         if let Some(before) = seconds.last().filter(|before| now + days < **before - DAY / 2.0) {
             days = ((before - now) / DAY).round() * DAY;
@@ -270,7 +271,11 @@ fn spatial_analyzer(text: &str, name: &str) -> Result<Log, Problem> {
         }
         index.push(count);
         seconds.push(now + days);
-        log.position.push([number(x, name, line)? * scale, number(y, name, line)? * scale, number(z, name, line)? * scale]);
+        log.position.push([
+            number(x, name, line)? * scale,
+            number(y, name, line)? * scale,
+            number(z, name, line)? * scale,
+        ]);
     }
     if index.len() < 2 {
         return Err(too_few(name, index.len()));
@@ -311,7 +316,8 @@ mod tests {
 
     #[test]
     fn a_table_says_its_units_and_frame() {
-        let text = "# frame: object\nTime (ms); y_mm; x [mm]; z [um]; torque\n1000; 2; 1; 3000; 9\n1004; 2.5; 1; 3000; 9\n";
+        let text =
+            "# frame: object\nTime (ms); y_mm; x [mm]; z [um]; torque\n1000; 2; 1; 3000; 9\n1004; 2.5; 1; 3000; 9\n";
         let log = read(text.as_bytes(), "run.csv").expect("a log");
         assert_eq!(log.frame, Some(Frame::Part));
         assert_eq!(log.time.len(), 2);

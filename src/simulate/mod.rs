@@ -67,8 +67,7 @@ impl Scene<'_> {
     fn predict(&self, timed: TimedPath, footprint: &Footprint, dwell: &Corrective) -> Result<Outcome, Problem> {
         let clear = &self.workpiece.clear;
         let mut outcome = dwell::predict(timed, footprint, self.surface, self.error, clear, dwell)?;
-        outcome.ripple =
-            dwell::ripple(&outcome, footprint, self.surface, clear, dwell.acceleration.0, self.line_pitch);
+        outcome.ripple = dwell::ripple(&outcome, footprint, self.surface, clear, dwell.acceleration.0, self.line_pitch);
         Ok(outcome)
     }
 }
@@ -156,4 +155,30 @@ pub fn not_as_planned(difference: &Difference) -> Problem {
     Problem::error(codes::E1301, "target", message)
         .note(format!("text and plan must agree within {:.0} %", SAME * 100.0))
         .help("this is a fault of the compiler: do not run the program, and report it with the job")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn removals_are_compared_pixel_by_pixel() {
+        let grid = |values: [f64; 6]| Grid {
+            columns: 3,
+            rows: 2,
+            pixel: [1e-3; 2],
+            origin: [-1e-3, 0.0],
+            values: values.to_vec(),
+        };
+        let plan = grid([f64::NAN, 100e-9, 50e-9, 80e-9, 200e-9, 10e-9]);
+        let found = grid([f64::NAN, 101e-9, 50e-9, 77e-9, 200e-9, 10e-9]);
+        let difference = difference(&plan, &found);
+        // 3 nm less on pixel (1, 0), of 200 nm at most; squares 1 + 9 over five pixels.
+        assert!((difference.most + 3e-9).abs() < 1e-15 && difference.place == [-1e-3, 1e-3], "{difference:?}");
+        assert!((difference.share - 0.015).abs() < 1e-9, "{difference:?}");
+        assert!((difference.rms - 2f64.sqrt() * 1e-9).abs() < 1e-15, "{difference:?}");
+        let problem = not_as_planned(&difference);
+        assert_eq!(problem.code.as_str(), "E1301");
+        assert!(problem.message.contains("3.000 nm (1.50 %"), "{}", problem.message);
+    }
 }

@@ -205,7 +205,11 @@ impl Chunk<'_> {
                 ResolvedGoal::Linear(target) => {
                     moves::other_speeds(self.wanted, one.speed.map(f64::from)).into_iter().for_each(&mut report);
                     if let Err(what) = moves::unit_length(target.quaternion.map(f64::from)) {
-                        report(Difference { code: E1007, field: "path", what: format!("turns by no rotation: {what}") });
+                        report(Difference {
+                            code: E1007,
+                            field: "path",
+                            what: format!("turns by no rotation: {what}"),
+                        });
                     }
                     if one.time.is_some() {
                         let what = "has a time where it must have a speed".to_string();
