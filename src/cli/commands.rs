@@ -289,6 +289,13 @@ fn tell(planned: &Planned, folder: &Path, files: &[(String, Vec<u8>)]) {
     if result.purpose == "dry_run" {
         say("  dry run    lifted along the normals, slow, process off: it removes nothing");
     } else {
+        if let Some(landings) = &result.dwell.landings {
+            say(&format!(
+                "  landings   {} times down on the part or up from it, each removes {} nm at most",
+                landings.count,
+                short(landings.depth_nm)
+            ));
+        }
         let predicted = &result.predicted;
         say(&format!(
             "  predicted  RMS {} -> {} nm, PV {} -> {} nm, {} nm removed in the mean",

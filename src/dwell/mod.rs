@@ -30,4 +30,4 @@ pub use outcome::{Figures, Outcome, predict};
 pub use plan::{Task, solve};
 pub use ripple::{Ripple, ripple};
 pub use steps::{SpeedSteps, decimals_of};
-pub use timed::{Standing, TimedPath};
+pub use timed::{Standing, TimedPath, standing, written};
