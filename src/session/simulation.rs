@@ -76,7 +76,7 @@ fn simulation(
     // What is odd about the spot the plan has already said.
     let influence = InfluenceFunction::new(&wheel.influence, files, &mut Vec::new()).map_err(|p| vec![p])?;
     let job::Dwell::corrective(dwell) = &job.dwell;
-    let job::Path::raster(raster) = &job.path;
+    let strategy = job.path.strategy();
     let scene = Scene {
         workpiece: &job.workpiece,
         surface: &**surface,
@@ -85,7 +85,8 @@ fn simulation(
         azimuth: job.tool.azimuth(),
         standoff: job.tool.standoff(),
         dwell,
-        line_pitch: raster.line_pitch.0,
+        line_pitch: strategy.line_pitch(),
+        landing: strategy.landing(),
         travel: job.robot.as_ref().and_then(|robot| robot.cell.as_ref()).map(|cell| cell.travel.height.0),
     };
     let mut found = Found { word: "plan", program: None, run: None };

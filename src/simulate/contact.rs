@@ -5,10 +5,10 @@
 //! read from where the moves stop, what is lifted from how high the tool stands.
 
 use crate::diagnostics::{Problem, codes};
-use crate::dwell::TimedPath;
 use crate::dwell::speed::{self, Limits, Segments};
-use crate::job::Aperture;
-use crate::path::{Line, Link};
+use crate::dwell::{Standing, TimedPath};
+use crate::job::{Aperture, Landing};
+use crate::path::{Line, Link, landing};
 use crate::verify::{Arrival, Trace};
 use crate::workpiece::form::Surface;
 
@@ -26,6 +26,8 @@ pub struct Stand<'a> {
     pub lifted: f64,
     /// How far from the contact the tool removes anything, metres.
     pub reach: f64,
+    /// How the tool lands on the part and leaves it, if the job lets it.
+    pub landing: Option<Landing>,
 }
 
 /// The stretches of a program on the surface.
@@ -106,15 +108,29 @@ pub fn of_trace(trace: &Trace, stand: &Stand, acceleration: f64) -> Result<Conta
                 true
             }
         };
-        let follows = on && before && trace.arrival[i] != Arrival::Joints;
+        let straight = trace.arrival[i] != Arrival::Joints;
+        let follows = on && before && straight;
+        let stands = |timed: &mut TimedPath| {
+            if let (Some(landing), Some(point)) = (&stand.landing, timed.path.points.len().checked_sub(1)) {
+                let seconds = landing::standing(landing, trace.speed[i], acceleration);
+                timed.standing.push(Standing { point, seconds });
+            }
+        };
         if !follows {
             close(&mut found.timed, first);
+            if before && !on && straight {
+                stands(&mut found.timed);
+            }
             first = found.timed.path.points.len();
         }
+        let comes_down = on && !before && straight;
         before = on;
         let Some((contact, normal, ..)) = foot.filter(|_| on) else { continue };
         found.timed.path.points.push(contact, normal);
         found.timed.speed.push(trace.speed[i]);
+        if comes_down {
+            stands(&mut found.timed);
+        }
         if follows && trace.arrival[i] == Arrival::Stopping {
             // The next stretch begins at rest where this one ends.
             close(&mut found.timed, first);
@@ -152,6 +168,7 @@ pub fn truncate(timed: &mut TimedPath, length: usize) {
     ] {
         values.truncate(length);
     }
+    timed.standing.retain(|standing| standing.point < length);
 }
 
 /// Lowers the speeds to what the arm reaches; how many were lowered by more than rounding.
@@ -189,7 +206,7 @@ fn neither([x, y, _]: [f64; 3], height: f64) -> Problem {
 mod tests {
     use super::*;
     use crate::job::{Circle, Plane};
-    use crate::units::si::Length;
+    use crate::units::si::{Length, Speed, Time};
 
     fn trace(moves: &[([f64; 3], f64, Arrival)]) -> Trace {
         Trace {
@@ -201,8 +218,12 @@ mod tests {
     }
 
     fn follow(trace: &Trace) -> Result<Contact, Problem> {
+        landing_with(trace, None)
+    }
+
+    fn landing_with(trace: &Trace, landing: Option<Landing>) -> Result<Contact, Problem> {
         let edge = Aperture::circle(Circle { diameter: Length(0.04), centre: None });
-        let stand = Stand { surface: &Plane {}, edge: &edge, standoff: 1e-3, lifted: 15e-3, reach: 5e-3 };
+        let stand = Stand { surface: &Plane {}, edge: &edge, standoff: 1e-3, lifted: 15e-3, reach: 5e-3, landing };
         of_trace(trace, &stand, 0.5)
     }
 
@@ -249,6 +270,27 @@ mod tests {
         assert_eq!(found.too_fast, 0);
         let speeds: Vec<f64> = [1, 2, 4, 6, 8].map(|i| (found.timed.speed[i] * 1e3).round()).to_vec();
         assert_eq!(speeds, [30.0, 40.0, 15.0, 20.0, 20.0]);
+    }
+
+    #[test]
+    fn a_tool_that_lands_stands_at_both_ends_of_a_run() {
+        let moves = [
+            ([0.0, 0.0, 31.0], 0.0, Joints),
+            ([0.0, 0.0, 1.0], 10.0, Stopping),
+            ([4.0, 0.0, 1.0], 20.0, Stopping),
+            ([8.0, 0.0, 1.0], 20.0, Stopping),
+            ([8.0, 0.0, 31.0], 10.0, Stopping),
+        ];
+        let landing = Landing { speed: Speed(0.01), reach: Length(2e-3), stand: Time(0.2) };
+        let found = landing_with(&trace(&moves), Some(landing)).expect("a path").timed;
+        // By hand, as on the page of paths: 0.11 s of way down and 0.2 s of standing.
+        let places: Vec<(f64, f64)> = found
+            .standing
+            .iter()
+            .map(|s| (found.path.points.x[s.point] * 1e3, (s.seconds * 1e6).round() / 1e6))
+            .collect();
+        assert_eq!(places, [(0.0, 0.309917), (8.0, 0.309917)]);
+        assert!(follow(&trace(&moves)).expect("a path").timed.standing.is_empty());
     }
 
     #[test]

@@ -13,7 +13,7 @@ pub mod log;
 use crate::diagnostics::{Problem, codes};
 use crate::dwell::{self, Footprint, Outcome, TimedPath};
 use crate::height_map::Grid;
-use crate::job::{Corrective, Workpiece};
+use crate::job::{Corrective, Landing, Workpiece};
 use crate::tool::InfluenceFunction;
 use crate::units::si::Acceleration;
 use crate::verify::Trace;
@@ -34,6 +34,8 @@ pub struct Scene<'a> {
     pub dwell: &'a Corrective,
     /// Distance of neighbouring lines of the plan.
     pub line_pitch: f64,
+    /// How the plan lands on the part and leaves it.
+    pub landing: Option<Landing>,
     /// Height that the tool travels at between runs; `None` for a job without a robot.
     pub travel: Option<f64>,
 }
@@ -61,6 +63,7 @@ impl Scene<'_> {
             // Halfway to the travel height: a move that goes there goes from one to the other.
             lifted: self.travel.unwrap_or(TRAVEL) / 2.0,
             reach,
+            landing: self.landing,
         }
     }
 
