@@ -4,6 +4,7 @@
 //! was planned for each job. Nothing is written and no clock is read: [`Watch`] tells the caller which pass begins.
 
 pub mod allow;
+pub mod simulation;
 
 use crate::check;
 use crate::diagnostics::codes as code;

@@ -6,7 +6,7 @@ use super::arguments::{Arguments, Command, Common, Deny, Emit, For, MessageForma
 use super::disk::Disk;
 use super::output::{self, Output, RealFolder};
 use super::terminal::{BUG, Timings, WRONG_COMMAND, WRONG_INPUT, finish, say, show};
-use super::{doc, fmt, new, show as shown, sweep};
+use super::{doc, fmt, new, show as shown, simulate, sweep};
 use crate::diagnostics::codes as code;
 use crate::diagnostics::{Code, Diagnostic};
 use crate::height_map;
@@ -69,6 +69,11 @@ fn dispatch(arguments: &Arguments) -> u8 {
             inspect(common, files, *json, unit.as_deref(), pixel.as_deref())
         }
         Command::New { folder, template } => new::project(common, folder, *template),
+        Command::Simulate { file, program, log, frame, output, job, set } => {
+            let until = if program.is_empty() && log.is_none() { Until::Program } else { Until::Motion };
+            let request = request(common, file, job.as_deref(), set, For::Polish, until);
+            simulate::simulate(common, &request, (program, log.as_deref(), *frame), output.as_deref())
+        }
         Command::Sweep { file, over, job, set } => {
             let request = request(common, file, job.as_deref(), set, For::Polish, Until::Program);
             sweep::sweep(common, &request, over)
@@ -359,7 +364,7 @@ fn tell(planned: &Planned, folder: &Path, files: &[(String, Vec<u8>)]) {
 }
 
 /// A figure with about three digits, so that a small one is not told as 0.0.
-fn short(value: f64) -> String {
+pub fn short(value: f64) -> String {
     let size = value.abs();
     let decimals = if size >= 100.0 {
         0
@@ -371,7 +376,7 @@ fn short(value: f64) -> String {
     format!("{value:.decimals$}")
 }
 
-fn hours(seconds: f64) -> String {
+pub fn hours(seconds: f64) -> String {
     let minutes = (seconds / 60.0).round() as u64;
     if minutes >= 60 {
         format!("{} h {} min", minutes / 60, minutes % 60)
@@ -388,22 +393,7 @@ fn verify(common: &Common, programs: &[PathBuf], file: &Path, name: Option<&str>
         show(common, &done.sources, &done.diagnostics);
         return finish(common, &timings, WRONG_INPUT);
     }
-    let mut program = Program::default();
-    for path in programs {
-        match std::fs::read(path) {
-            Ok(bytes) => program.files.push(crate::target::ProgramFile {
-                name: path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default(),
-                bytes,
-                points: 0,
-            }),
-            Err(error) => {
-                done.diagnostics.push(Diagnostic::placeless(
-                    code::E1202,
-                    format!("the program `{}` could not be read: {}", path.display(), output::words(&error)),
-                ));
-            }
-        }
-    }
+    let program = read_program(programs, &mut done);
     if !done.failed() {
         timings.pass("verify");
         session::verify(&mut done, &program);
@@ -414,6 +404,28 @@ fn verify(common: &Common, programs: &[PathBuf], file: &Path, name: Option<&str>
         say(&format!("{} does what {} asks", programs_name(programs), file.display()));
     }
     finish(common, &timings, status)
+}
+
+/// The files of a program; what cannot be read is said to `done`.
+pub fn read_program(programs: &[PathBuf], done: &mut Compilation) -> Program {
+    let mut program = Program::default();
+    for path in programs {
+        match std::fs::read(path) {
+            Ok(bytes) => program.files.push(crate::target::ProgramFile { name: last_name(path), bytes, points: 0 }),
+            Err(error) => {
+                done.diagnostics.push(Diagnostic::placeless(
+                    code::E1202,
+                    format!("the program `{}` could not be read: {}", path.display(), output::words(&error)),
+                ));
+            }
+        }
+    }
+    program
+}
+
+/// A path without its folder.
+pub fn last_name(path: &Path) -> String {
+    path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default()
 }
 
 fn programs_name(programs: &[PathBuf]) -> String {

@@ -121,7 +121,7 @@ struct Stamp {
 fn stamps(timed: &TimedPath, footprint: &Footprint, reach: f64, limits: &Limits, window: &Window) -> Vec<Stamp> {
     let points = &timed.path.points;
     let mut stamps = Vec::new();
-    each_stamp(timed, footprint, reach, limits, window, |Place { from, to, t }, time| {
+    each_stamp(timed, footprint, reach, limits, window, |Place { from, to, t, .. }, time| {
         let between = |a: [f64; 3], b: [f64; 3]| [0, 1, 2].map(|i| a[i] + t * (b[i] - a[i]));
         let contact = between(points.position(from), points.position(to));
         let normal = between(points.normal(from), points.normal(to));

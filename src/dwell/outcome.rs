@@ -7,7 +7,7 @@ use super::field::Field;
 use super::footprint::Footprint;
 use super::speed::{self, Limits, Segments};
 use super::timed::link_length;
-use super::{TimedPath, prediction};
+use super::{Ripple, TimedPath, prediction};
 use crate::diagnostics::Problem;
 use crate::height_map::Grid;
 use crate::job::{Aperture, Corrective};
@@ -23,6 +23,8 @@ pub struct Outcome {
     /// Error that will be left, the even layer taken out; NaN outside the clear aperture.
     pub residual: Grid,
     pub figures: Figures,
+    /// What the distance of the lines leaves; [`predict`] does not look at it.
+    pub ripple: Option<Ripple>,
 }
 
 /// What the report says of a solved run. Lengths in metres, times in seconds.
@@ -124,7 +126,7 @@ pub fn predict(
         removal.values[at] = depths[i];
         residual.values[at] = left(i);
     }
-    Ok(Outcome { timed, removal, residual, figures })
+    Ok(Outcome { timed, removal, residual, figures, ripple: None })
 }
 
 /// A grid like `like`, unknown everywhere.

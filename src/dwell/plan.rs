@@ -216,6 +216,8 @@ pub fn solve(task: Task, warnings: &mut Vec<Problem>) -> Result<Outcome, Problem
             stopped_early: solved.ended == Ended::Iterations,
             ..run.figures(&speeds, task.speed_steps, outcome.figures)
         };
+        outcome.ripple =
+            super::ripple(&outcome, &run.footprint, task.surface, task.clear, dwell.acceleration.0, task.line_pitch);
         check_solved(&outcome.figures, dwell, warnings)?;
         return Ok(outcome);
     }

@@ -83,12 +83,14 @@ fn stamps(timed: &TimedPath, footprint: &Footprint, limits: &Limits, window: &Wi
     stamps
 }
 
-/// A place on the straight way between two points of the path: the share `t` of it.
+/// A place on the straight way between two points of the path: the share `t` of it. It is the middle of a part that is
+/// `share` of the way.
 #[derive(Clone, Copy)]
 pub(super) struct Place {
     pub from: usize,
     pub to: usize,
     pub t: f64,
+    pub share: f64,
 }
 
 impl Place {
@@ -129,13 +131,14 @@ pub(super) fn each_stamp(
             let stops = i + 1 == line[1];
             let count = parts(segments.length[i], footprint.sigma / 2.0);
             part_times((segments.length[i], count), (before, speed, stops), limits.acceleration, |part, time| {
-                look(Place { from: point - 1, to: point, t: (part as f64 + 0.5) / count as f64 }, time);
+                let share = 1.0 / count as f64;
+                look(Place { from: point - 1, to: point, t: (part as f64 + 0.5) / count as f64, share }, time);
             });
             before = speed;
         }
     }
     for standing in &timed.standing {
-        look(Place { from: standing.point, to: standing.point, t: 0.0 }, standing.seconds);
+        look(Place { from: standing.point, to: standing.point, t: 0.0, share: 0.0 }, standing.seconds);
     }
 }
 

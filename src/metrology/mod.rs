@@ -32,7 +32,7 @@ pub use combine::Record;
 pub use figures::Figures;
 pub use inspect::{Inspection, MapFacts, ProfileFacts, inspect};
 pub use low_order::LowOrder;
-pub(crate) use low_order::plane_through;
+pub(crate) use low_order::{plane_through, subtract};
 pub use place::MapRecord;
 pub(crate) use place::{doubt_scale, surface_factor};
 pub use psd::{Profile, Psd, psd};

@@ -5,8 +5,12 @@
 
 pub mod metrology;
 mod region;
+mod simulation;
 
 pub use region::{RegionResult, nothing, region, results_of_nothing, untouched};
+pub use simulation::{
+    ContactResult, DifferenceResult, PlaceResult, RunResult, SimulatedResult, SimulationResult, simulation,
+};
 
 use crate::dwell::{Choice, Outcome};
 use crate::eval::Requirement;
@@ -141,6 +145,12 @@ pub struct Predicted {
     pub pv_nm: f64,
     pub removal_mean_nm: f64,
     pub removal_max_nm: f64,
+    /// RMS at the frequency of the lines, where most is removed, and their distance. Missing where the clear aperture has no
+    /// room to see it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ripple_nm: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ripple_period_mm: Option<f64>,
     /// Root of the mean square over many runs with the errors that the job states; nothing where it states none.
     pub rms_expected_nm: Option<f64>,
     /// 90 % of such runs stay below this.
@@ -280,6 +290,7 @@ pub fn results(
         ("program.points".into(), path.points.len() as f64),
     ]);
     results.extend(path.region.iter().flat_map(region::results));
+    results.extend(outcome.ripple.map(|ripple| ("predicted.ripple".to_string(), ripple.rms)));
     if let Some(expected) = beside.expected {
         results.extend([
             ("predicted.rms_expected".to_string(), expected.rms),
@@ -492,6 +503,8 @@ pub fn predicted(
         pv_nm: rounded(figures.pv * 1e9, 3),
         removal_mean_nm: rounded(figures.mean_removal * 1e9, 3),
         removal_max_nm: rounded(figures.greatest_removal * 1e9, 3),
+        ripple_nm: outcome.ripple.map(|ripple| rounded(ripple.rms * 1e9, 4)),
+        ripple_period_mm: outcome.ripple.map(|ripple| rounded(ripple.period * 1e3, 4)),
         rms_expected_nm: expected.map(|expected| rounded(expected.rms * 1e9, 3)),
         rms_p90_nm: expected.map(|expected| rounded(expected.rms_p90 * 1e9, 3)),
         contributions: expected.map(|expected| contributions(figures.rms, expected)).unwrap_or_default(),
