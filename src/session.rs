@@ -4,6 +4,7 @@
 //! was planned for each job. Nothing is written and no clock is read: [`Watch`] tells the caller which pass begins.
 
 pub mod allow;
+mod requirements;
 
 use crate::check;
 use crate::diagnostics::codes as code;
@@ -17,7 +18,7 @@ use crate::job::{self, Job, Origins, Unchecked};
 use crate::metrology::{self, ErrorMap};
 use crate::motion::{self, Checked, Motion, Purpose};
 use crate::path::{self, ToolPath};
-use crate::report::{self, Input, JobResult, Met};
+use crate::report::{self, Input, JobResult};
 use crate::source::{FileProvider, Sources, Span};
 use crate::syntax;
 use crate::syntax::ast::Allow;
@@ -26,6 +27,7 @@ use crate::tool::{self, InfluenceFunction};
 use crate::verify::{self, Verified};
 use crate::workpiece;
 use crate::workpiece::form::{self, Surface};
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// Told when a pass begins.
@@ -161,13 +163,20 @@ pub fn compile(files: &dyn FileProvider, request: &Request, watch: &dyn Watch) -
             if let Err(problems) = passes.run() {
                 said.extend(problems);
             }
+            let whole_way = request.until == Until::Program && request.purpose == Purpose::Polish;
+            if whole_way && !said.iter().any(|problem| problem.severity == Severity::Error) {
+                said.extend(planned.required_nothing());
+            }
             let in_text = |problem| in_text(problem, &planned.origins, &done.sources);
-            let found: Vec<Diagnostic> = said.into_iter().map(in_text).collect();
+            let mut found: Vec<Diagnostic> = said.into_iter().map(in_text).collect();
+            if whole_way && !found.iter().any(|d| d.severity == Severity::Error) {
+                found.extend(planned.doubtful());
+            }
             let warnings = warnings(&found, &compiled.allows);
             planned.summarise(request.purpose, planned.inputs(files, &done.sources, &request.path), warnings);
             // A program for polishing must do what the job requires; a rehearsal, or a look at a form on the way, need not.
             let finished = !found.iter().any(|d| d.severity == Severity::Error);
-            if finished && request.until == Until::Program && request.purpose == Purpose::Polish {
+            if finished && whole_way {
                 done.diagnostics.extend(planned.unmet());
             }
             done.diagnostics.extend(found);
@@ -441,11 +450,17 @@ impl Planned {
         }
     }
 
+    /// The results that are known.
+    fn known(&self) -> BTreeMap<String, f64> {
+        let (Some(outcome), Some(path)) = (&self.dwell, self.path()) else { return BTreeMap::new() };
+        report::results(outcome, self.beside(), path, self.motion.as_deref(), self.program.as_deref())
+    }
+
     /// Puts together what is known.
     fn summarise(&mut self, purpose: Purpose, inputs: Vec<Input>, warnings: Vec<String>) {
         let (Some(outcome), Some(path)) = (&self.dwell, self.path()) else { return };
         let program = self.program.as_deref();
-        let results = report::results(outcome, self.beside(), path, self.motion.as_deref(), program);
+        let results = self.known();
         self.result = Some(JobResult {
             name: self.name.clone(),
             part: self.job.workpiece.part.clone(),
@@ -498,34 +513,6 @@ impl Planned {
             .chain(spot)
             .filter_map(|path| Some(input(path, &files.read(path, height_map::MOST_BYTES).ok()?)));
         texts.map(|(_, name, text)| input(name, text.as_bytes())).chain(data).collect()
-    }
-
-    /// Errors for the requirements that do not hold, or cannot be known.
-    fn unmet(&self) -> Vec<Diagnostic> {
-        let Some(result) = &self.result else { return Vec::new() };
-        let mut diagnostics = Vec::new();
-        for (requirement, found) in self.requirements.iter().zip(&result.requirements) {
-            match found.met {
-                Met::Yes => {}
-                Met::No => diagnostics.push(
-                    Diagnostic::error(
-                        code::E1101,
-                        requirement.span,
-                        format!("the job requires `{}`, and the plan gives {}", found.text, found.value),
-                    )
-                    .help("change the plan, or the requirement if it asks for more than the part needs"),
-                ),
-                Met::Pending => diagnostics.push(
-                    Diagnostic::error(
-                        code::E1102,
-                        requirement.span,
-                        format!("the requirement `{}` speaks of a result that this job does not have", found.text),
-                    )
-                    .help("give the job the `robot` and `target` that the result comes from, or take the line out"),
-                ),
-            }
-        }
-        diagnostics
     }
 }
 

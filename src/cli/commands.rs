@@ -6,12 +6,12 @@ use super::arguments::{Arguments, Command, Common, Deny, Emit, For, MessageForma
 use super::disk::Disk;
 use super::output::{self, Output, RealFolder};
 use super::terminal::{BUG, Timings, WRONG_COMMAND, WRONG_INPUT, finish, say, show};
-use super::{doc, fmt, new, show as shown, sweep};
+use super::{doc, figures, fmt, new, show as shown, sweep};
 use crate::diagnostics::codes as code;
 use crate::diagnostics::{Code, Diagnostic};
 use crate::height_map;
 use crate::motion::Purpose;
-use crate::report::{Met, ResultFile};
+use crate::report::ResultFile;
 use crate::session::{self, Compilation, Planned, Request, Until, Watch};
 use crate::source::Sources;
 use crate::target::Program;
@@ -118,6 +118,10 @@ fn check(common: &Common, file: &Path, set: &[String], until: Until) -> u8 {
     let status = if done.failed() { WRONG_INPUT } else { 0 };
     if status == 0 && !common.quiet && common.message_format != MessageFormat::Json {
         say(&format!("{}: good", file.display()));
+        for result in done.jobs.iter().filter_map(|planned| planned.result.as_ref()) {
+            say(&format!("{} ({})", result.name, result.part));
+            figures::lines(result).iter().for_each(|line| say(line));
+        }
     }
     finish(common, &timings, status)
 }
@@ -281,61 +285,12 @@ fn tell(planned: &Planned, folder: &Path, files: &[(String, Vec<u8>)]) {
         say(&format!("  wrote      {files} in {}", folder.display()));
     }
     say(&format!("  path       {} points on {} lines", result.path.points, result.path.lines));
-    if result.purpose == "dry_run" {
-        say("  dry run    lifted along the normals, slow, process off: it removes nothing");
-    } else {
-        let predicted = &result.predicted;
-        say(&format!(
-            "  predicted  RMS {} -> {} nm, PV {} -> {} nm, {} nm removed in the mean",
-            short(predicted.rms_before_nm),
-            short(predicted.rms_nm),
-            short(predicted.pv_before_nm),
-            short(predicted.pv_nm),
-            short(predicted.removal_mean_nm)
-        ));
-    }
-    if let Some(motion) = &result.motion {
-        say(&format!(
-            "  motion     {}, every joint at least {:.1} deg inside its range (kinematic estimate)",
-            hours(motion.time_s),
-            motion.joint_margin_deg
-        ));
-    }
-    for requirement in &result.requirements {
-        let word = match requirement.met {
-            Met::Yes => "met",
-            Met::No => "not met",
-            Met::Pending => "pending",
-        };
-        say(&format!("  {word:<9}  {} (is {})", requirement.text, requirement.value));
-    }
+    figures::lines(result).iter().for_each(|line| say(line));
     if result.programs.is_empty() && files.iter().any(|(name, _)| name == "result.json") {
         say("  no program: the job names no robot and target");
     }
     if !result.programs.is_empty() {
         say(&format!("  unchecked  {}; {}", result.unchecked.join(", "), result.note));
-    }
-}
-
-/// A figure with about three digits, so that a small one is not told as 0.0.
-fn short(value: f64) -> String {
-    let size = value.abs();
-    let decimals = if size >= 100.0 {
-        0
-    } else if size >= 1.0 {
-        1
-    } else {
-        3
-    };
-    format!("{value:.decimals$}")
-}
-
-fn hours(seconds: f64) -> String {
-    let minutes = (seconds / 60.0).round() as u64;
-    if minutes >= 60 {
-        format!("{} h {} min", minutes / 60, minutes % 60)
-    } else {
-        format!("{:.1} min", seconds / 60.0)
     }
 }
 

@@ -1,0 +1,334 @@
+//! The forecast against brute force: what is said before a run is solved against solvers that know no limits, and what will
+//! honestly come of it against many runs that really are disturbed and predicted anew.
+#![allow(clippy::disallowed_methods, reason = "tests may use the platform's mathematics")]
+
+use polishc::dwell::{Footprint, Outcome, SpeedSteps, Standing, Task, TimedPath, predict, solve};
+use polishc::forecast::{Expected, Run, expect, prospect};
+use polishc::height_map::Grid;
+use polishc::job::*;
+use polishc::path::{ToolPath, raster};
+use polishc::tool::InfluenceFunction;
+use polishc::units::si::*;
+use std::f64::consts::PI;
+
+const SIGMA: f64 = 2e-3;
+const PEAK: f64 = 20e-9;
+const SPOT: f64 = 12e-3;
+
+fn circle(diameter: f64) -> Aperture {
+    Aperture::circle(Circle { diameter: Length(diameter), centre: None })
+}
+
+/// A map of 41 mm about the origin with pixels of 0.4 mm, finer than a quarter of the spot.
+fn map(height: impl Fn(f64, f64) -> f64) -> Grid {
+    let (n, pixel) = (103, 0.4e-3);
+    let mut grid = Grid { columns: n, rows: n, pixel: [pixel; 2], origin: [-51.0 * pixel; 2], values: Vec::new() };
+    for i in 0..n * n {
+        let [x, y] = grid.position(i / n, i % n);
+        grid.values.push(height(x, y));
+    }
+    grid
+}
+
+/// A form of a hundred nanometres: two bumps, astigmatism and a long ripple.
+fn form(x: f64, y: f64) -> f64 {
+    let bump = |a: f64, b: f64, width: f64| (-((x - a).powi(2) + (y - b).powi(2)) / (2.0 * width * width)).exp();
+    80e-9 * bump(6e-3, -4e-3, 5e-3) + 50e-9 * bump(-8e-3, 5e-3, 4e-3)
+        + 30e-9 * (x * x - y * y) / 3.2e-4
+        + 8e-9 * (2.0 * PI * (x + 0.3 * y) / 14e-3).cos()
+}
+
+struct Case {
+    error: Grid,
+    clear: Aperture,
+    edge: Aperture,
+    influence: InfluenceFunction,
+    dwell: Corrective,
+    over: f64,
+}
+
+fn case(error: Grid) -> Case {
+    Case {
+        error,
+        clear: circle(35.9e-3),
+        edge: circle(40e-3),
+        influence: InfluenceFunction::gaussian(PEAK, SIGMA, SPOT).expect("positive numbers"),
+        dwell: Corrective {
+            removal_fraction: 1.0,
+            piston: Piston::free(FreePiston { at_most: None }),
+            feed: Range { from: Speed(0.05e-3), to: Speed(50e-3) },
+            acceleration: Acceleration(0.5),
+        },
+        over: 54e-3,
+    }
+}
+
+impl Case {
+    fn path(&self) -> ToolPath {
+        let raster = Raster {
+            over: circle(self.over),
+            point_step: Length(1e-3),
+            line_pitch: Length(1e-3),
+            direction: Angle(0.3),
+            lines: Lines::serpentine,
+            chord_error: Length(1e-5),
+            holes: None,
+        };
+        raster::plan(&raster, &Plane {}, 1_000_000).expect("a path")
+    }
+
+    fn task(&self) -> Task<'_> {
+        Task {
+            path: self.path(),
+            standing: Vec::<Standing>::new(),
+            line_pitch: 1e-3,
+            error: &self.error,
+            clear: &self.clear,
+            edge: &self.edge,
+            surface: &Plane {},
+            influence: &self.influence,
+            azimuth: 0.0,
+            standoff: 0.0,
+            dwell: &self.dwell,
+            speed_steps: SpeedSteps::Fixed(1e-6),
+        }
+    }
+
+    fn solve(&self) -> Outcome {
+        solve(self.task(), &mut Vec::new()).expect("a solved run")
+    }
+
+    fn expected(&self, outcome: &Outcome, stated: &Uncertainty) -> Expected {
+        let footprint = Footprint::of(&self.influence, 0.0);
+        let run = Run { outcome, footprint: &footprint, surface: &Plane {}, clear: &self.clear, dwell: &self.dwell };
+        expect(stated, &run).expect("a forecast").expect("an uncertainty is stated")
+    }
+
+    /// The RMS of a run that went otherwise than planned, by the prediction that knows nothing of the forecast.
+    fn really(&self, timed: TimedPath, rate: f64) -> f64 {
+        let influence = InfluenceFunction::gaussian(PEAK * rate, SIGMA, SPOT).expect("positive numbers");
+        let footprint = Footprint::of(&influence, 0.0);
+        let outcome = predict(timed, &footprint, &Plane {}, &self.error, &self.clear, &self.dwell);
+        outcome.expect("a prediction").figures.rms
+    }
+}
+
+/// Normal deviates by the sum of twelve uniform ones from a multiplicative generator: nothing of the library's.
+struct Dice(u64);
+
+impl Dice {
+    fn uniform(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / (1u64 << 53) as f64
+    }
+    fn normal(&mut self) -> f64 {
+        (0..12).map(|_| self.uniform()).sum::<f64>() - 6.0
+    }
+}
+
+/// A smooth field with the correlation exp(-d² / 2 over²), by random waves, and its value at a place.
+fn field(dice: &mut Dice, over: f64) -> impl Fn(f64, f64) -> f64 + use<> {
+    let waves: Vec<[f64; 3]> =
+        (0..60).map(|_| [dice.normal() / over, dice.normal() / over, 2.0 * PI * dice.uniform()]).collect();
+    move |x, y| (2.0 / 60.0f64).sqrt() * waves.iter().map(|[a, b, c]| (a * x + b * y + c).cos()).sum::<f64>()
+}
+
+/// The same times at other places.
+fn displaced(timed: &TimedPath, shift: impl Fn(f64, f64) -> [f64; 2]) -> TimedPath {
+    let mut moved = timed.clone();
+    for i in 0..timed.path.points.len() {
+        let [dx, dy] = shift(timed.path.points.x[i], timed.path.points.y[i]);
+        moved.path.points.x[i] += dx;
+        moved.path.points.y[i] += dy;
+    }
+    for line in &timed.path.lines {
+        for i in line.points.clone().skip(1) {
+            let way = |path: &ToolPath| {
+                (path.points.x[i] - path.points.x[i - 1]).hypot(path.points.y[i] - path.points.y[i - 1])
+            };
+            moved.speed[i] *= way(&moved.path) / way(&timed.path);
+        }
+    }
+    moved
+}
+
+/// How late each point comes: the time before it over the whole.
+fn late(timed: &TimedPath) -> Vec<f64> {
+    let mut late = vec![0.0; timed.speed.len()];
+    let mut sum = 0.0;
+    for line in &timed.path.lines {
+        for i in line.points.clone().skip(1) {
+            let points = &timed.path.points;
+            let way = (points.x[i] - points.x[i - 1]).hypot(points.y[i] - points.y[i - 1]);
+            late[i] = sum + 0.5 * way / timed.speed[i];
+            sum += way / timed.speed[i];
+        }
+    }
+    late.into_iter().map(|t| t / sum).collect()
+}
+
+fn with_feed_error(timed: &TimedPath, dice: &mut Dice, rms: f64, over: f64) -> TimedPath {
+    let mut other = timed.clone();
+    for line in &timed.path.lines {
+        let mut error = dice.normal();
+        for i in line.points.clone().skip(1) {
+            // Twenty steps a segment of 1 mm: the mean of the process over it.
+            let kept = (-0.05e-3 / over).exp();
+            let mut mean = 0.0;
+            for _ in 0..20 {
+                error = kept * error + (1.0 - kept * kept).sqrt() * dice.normal();
+                mean += error / 20.0;
+            }
+            other.speed[i] *= 1.0 + rms * mean;
+        }
+    }
+    other
+}
+
+/// Mean of RMS² over the runs with its standard error.
+fn mean_square(runs: &[f64]) -> (f64, f64) {
+    let n = runs.len() as f64;
+    let mean = runs.iter().map(|rms| rms * rms).sum::<f64>() / n;
+    let variance = runs.iter().map(|rms| (rms * rms - mean).powi(2)).sum::<f64>() / (n - 1.0);
+    (mean, (variance / n).sqrt())
+}
+
+/// The forecast of the mean square must lie within three standard errors of what the runs gave, and a `model` part of what the error
+/// adds: what the forecast leaves out (second order, the solver's coarser pixels).
+#[track_caller]
+fn agree(expected: &Expected, ideal: f64, runs: &[f64], model: f64) {
+    let (mean, error) = mean_square(runs);
+    let added = mean - ideal * ideal;
+    let found = expected.rms * expected.rms - ideal * ideal;
+    println!("added {:.4} forecast {:.4} nm (se {:.3} of it)", added.sqrt() * 1e9, found.sqrt() * 1e9, error / added);
+    assert!(
+        (found - added).abs() < 3.0 * error + model * added,
+        "the runs add {:.4} nm RMS to {:.4}, the forecast {:.4}",
+        added.sqrt() * 1e9,
+        ideal * 1e9,
+        found.sqrt() * 1e9
+    );
+}
+
+#[test]
+fn an_error_of_the_rate_is_forecast() {
+    let case = case(map(form));
+    let outcome = case.solve();
+    let expected = case.expected(&outcome, &Uncertainty { gain: Some(0.04), ..Default::default() });
+    let mut dice = Dice(1);
+    let runs: Vec<f64> =
+        (0..150).map(|_| case.really(outcome.timed.clone(), 1.0 + 0.04 * dice.normal())).collect();
+    agree(&expected, outcome.figures.rms, &runs, 0.01);
+}
+
+#[test]
+fn a_drift_of_the_rate_is_forecast() {
+    let case = case(map(form));
+    let outcome = case.solve();
+    let expected = case.expected(&outcome, &Uncertainty { drift: Some(0.06), ..Default::default() });
+    let mut dice = Dice(2);
+    let late = late(&outcome.timed);
+    let run = |drift: f64| {
+        let mut timed = outcome.timed.clone();
+        timed.speed.iter_mut().zip(&late).for_each(|(speed, late)| *speed /= 1.0 + drift * late);
+        case.really(timed, 1.0)
+    };
+    let runs: Vec<f64> = (0..150).map(|_| run(0.06 * dice.normal())).collect();
+    agree(&expected, outcome.figures.rms, &runs, 0.03);
+}
+
+#[test]
+fn a_wrong_place_of_the_map_is_forecast() {
+    let case = case(map(form));
+    let outcome = case.solve();
+    let expected =
+        case.expected(&outcome, &Uncertainty { registration: Some(Length(0.15e-3)), ..Default::default() });
+    let mut dice = Dice(3);
+    let runs: Vec<f64> = (0..150)
+        .map(|_| {
+            let shift = [0.15e-3 * dice.normal(), 0.15e-3 * dice.normal()];
+            case.really(displaced(&outcome.timed, |_, _| shift), 1.0)
+        })
+        .collect();
+    agree(&expected, outcome.figures.rms, &runs, 0.05);
+}
+
+#[test]
+fn an_error_of_the_arms_place_is_forecast() {
+    let case = case(map(form));
+    let outcome = case.solve();
+    let position = PositionError { rms: Length(0.1e-3), over: Length(10e-3) };
+    let expected = case.expected(&outcome, &Uncertainty { position: Some(position), ..Default::default() });
+    let mut dice = Dice(4);
+    let runs: Vec<f64> = (0..150)
+        .map(|_| {
+            let (a, b) = (field(&mut dice, 10e-3), field(&mut dice, 10e-3));
+            case.really(displaced(&outcome.timed, |x, y| [0.1e-3 * a(x, y), 0.1e-3 * b(x, y)]), 1.0)
+        })
+        .collect();
+    agree(&expected, outcome.figures.rms, &runs, 0.08);
+}
+
+#[test]
+fn an_error_of_the_feed_is_forecast() {
+    let case = case(map(form));
+    let outcome = case.solve();
+    let feed = FeedError { rms: 0.05, over: Length(8e-3) };
+    let expected = case.expected(&outcome, &Uncertainty { feed: Some(feed), ..Default::default() });
+    let mut dice = Dice(5);
+    let runs: Vec<f64> =
+        (0..100).map(|_| case.really(with_feed_error(&outcome.timed, &mut dice, 0.05, 8e-3), 1.0)).collect();
+    agree(&expected, outcome.figures.rms, &runs, 0.08);
+}
+
+#[test]
+fn noise_of_the_map_is_polished_in_as_forecast() {
+    let case = case(map(form));
+    let outcome = case.solve();
+    let expected = case.expected(&outcome, &Uncertainty { map_noise: Some(Length(4e-9)), ..Default::default() });
+    let mut dice = Dice(6);
+    let runs: Vec<f64> = (0..24)
+        .map(|_| {
+            let mut noisy = self::case(case.error.clone());
+            noisy.error.values.iter_mut().for_each(|value| *value += 4e-9 * dice.normal());
+            // Planned on the noisy map, run on the part as it is.
+            case.really(noisy.solve().timed, 1.0)
+        })
+        .collect();
+    agree(&expected, outcome.figures.rms, &runs, 0.25);
+}
+
+#[test]
+fn nine_runs_of_ten_stay_below_the_forecast() {
+    let case = case(map(form));
+    let outcome = case.solve();
+    let stated = Uncertainty {
+        gain: Some(0.03),
+        drift: Some(0.02),
+        registration: Some(Length(0.1e-3)),
+        map_noise: None,
+        position: Some(PositionError { rms: Length(0.05e-3), over: Length(12e-3) }),
+        feed: Some(FeedError { rms: 0.03, over: Length(8e-3) }),
+    };
+    let expected = case.expected(&outcome, &stated);
+    let mut dice = Dice(7);
+    let late = late(&outcome.timed);
+    let runs: Vec<f64> = (0..300)
+        .map(|_| {
+            let (a, b) = (field(&mut dice, 12e-3), field(&mut dice, 12e-3));
+            let shift = [0.1e-3 * dice.normal(), 0.1e-3 * dice.normal()];
+            let (gain, drift) = (0.03 * dice.normal(), 0.02 * dice.normal());
+            let mut timed = displaced(&outcome.timed, |x, y| {
+                [shift[0] + 0.05e-3 * a(x, y), shift[1] + 0.05e-3 * b(x, y)]
+            });
+            timed = with_feed_error(&timed, &mut dice, 0.03, 8e-3);
+            timed.speed.iter_mut().zip(&late).for_each(|(speed, late)| *speed /= 1.0 + drift * late);
+            case.really(timed, 1.0 + gain)
+        })
+        .collect();
+    agree(&expected, outcome.figures.rms, &runs, 0.06);
+    // Of 300 runs each below with the probability 0.9: the count has the standard deviation sqrt(300 * 0.09) = 5.2.
+    let below = runs.iter().filter(|rms| **rms < expected.rms_p90).count();
+    println!("{below} of 300 below {:.3} nm", expected.rms_p90 * 1e9);
+    assert!((below as f64 - 270.0).abs() < 3.0 * 5.2, "{below}");
+}
