@@ -1,6 +1,7 @@
 //! Convolution of a real grid with a fixed kernel by discrete Fourier transform, and its transpose.
 //!
-//! In: a kernel, once; then grids. Out: the cyclic convolution, or the cyclic correlation, which is its exact transpose.
+//! In: a kernel, once; then grids. Out: the cyclic convolution, or the cyclic correlation, which is its exact transpose;
+//! and of a grid alone its [power spectrum](power_spectrum).
 //! Why our own: a solved dwell time decides a printed digit of a robot program, and a program must not depend on the
 //! processor. The libraries choose vector instructions at run time and take their roots of unity from the platform's
 //! sine, so their last bits differ between machines. Here every operation is written out, in one order, on plain `f64`,
@@ -398,6 +399,27 @@ impl Convolution {
     }
 }
 
+/// The squared magnitudes of a grid's transform, not normalised: row-major, `rows / 2 + 1` frequencies of the first axis
+/// (the others are the mirror images of a real grid) by all `columns` of the second. Lengths as for [`Convolution::new`].
+pub fn power_spectrum(rows: usize, columns: usize, grid: &[f64]) -> Vec<f64> {
+    let transform = Convolution::new(rows, columns, grid);
+    // The kernel's spectrum was divided by the number of pixels.
+    let scale = (rows * columns) as f64;
+    let frequencies = rows / 2 + 1;
+    let mut power = vec![0.0; frequencies * columns];
+    for (b, block) in transform.kernel.chunks_exact(2 * columns * BLOCK).enumerate() {
+        let (re, im) = block.split_at(columns * BLOCK);
+        for j in 0..BLOCK.min(frequencies - b * BLOCK) {
+            let line = &mut power[(b * BLOCK + j) * columns..][..columns];
+            for (column, value) in line.iter_mut().enumerate() {
+                let (re, im) = (re[column * BLOCK + j] * scale, im[column * BLOCK + j] * scale);
+                *value = re * re + im * im;
+            }
+        }
+    }
+    power
+}
+
 impl Room {
     fn clear(&mut self, size: usize) {
         for part in [&mut self.re, &mut self.im] {
@@ -500,6 +522,29 @@ mod tests {
         transform.process(&mut input, &mut output).expect("lengths agree");
         for (k, value) in output.iter().enumerate() {
             assert!((re[k * BLOCK + 3] - value.re).abs() < 1e-12 && (im[k * BLOCK + 3] - value.im).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn the_power_spectrum_is_the_sum_it_is_defined_by() {
+        for (rows, columns) in [(2, 2), (5, 6), (15, 10), (36, 18), (40, 4)] {
+            let grid = noise(rows * columns, 9);
+            let found = power_spectrum(rows, columns, &grid);
+            assert_eq!(found.len(), (rows / 2 + 1) * columns);
+            for (i, found) in found.iter().enumerate() {
+                let (k, l) = (i / columns, i % columns);
+                let (mut re, mut im) = (0.0, 0.0);
+                for (j, value) in grid.iter().enumerate() {
+                    let turn = (k * (j / columns)) as f64 / rows as f64 + (l * (j % columns)) as f64 / columns as f64;
+                    let (sine, cosine) = libm::sincos(-2.0 * std::f64::consts::PI * turn);
+                    (re, im) = (re + value * cosine, im + value * sine);
+                }
+                let expected = re * re + im * im;
+                assert!(
+                    (found - expected).abs() < 1e-11 * (rows * columns) as f64,
+                    "{rows} x {columns}, {i}: {found} {expected}"
+                );
+            }
         }
     }
 

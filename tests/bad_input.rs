@@ -135,6 +135,13 @@ fn maps_that_are_none() {
         ("small.dat", "", "E0509"),
         ("hole.dat", "", "E0510"),
         ("good.npy", "", "E0506"),
+        ("filter.int", "", "E0513"),
+        ("waves.csv", "", "E0514"),
+        ("remark.csv", "", "E0515"),
+        ("probed.xyz", "", "E0516"),
+        ("edited.x3p", "", "E0517"),
+        ("damaged.x3p", "", "E0518"),
+        ("trace.csv", "", "E0519"),
     ] {
         let folder = Folder::new();
         folder.put(&format!("project/{data}"), generated(data));
@@ -155,6 +162,67 @@ fn maps_that_are_none() {
         folder.job_with_map("file: \"cut.dat\"");
         let output = folder.run(&["build", "job.polish"]);
         assert_eq!(output.status.code(), Some(1), "{length} bytes");
+    }
+}
+
+/// Files of a few kilobytes that ask for gigabytes: each is refused within the address space that the largest map takes
+/// (its file of 256 MiB twice, and three copies of its heights).
+#[cfg(unix)]
+#[test]
+fn bombs_stay_within_their_memory() {
+    let folder = Folder::new();
+    let zipped = |parts: &[(&str, Vec<u8>)]| {
+        let mut archive = zip::ZipWriter::new(std::io::Cursor::new(Vec::new()));
+        for (name, bytes) in parts {
+            archive.start_file(*name, zip::write::SimpleFileOptions::default()).expect("a part");
+            std::io::Write::write_all(&mut archive, bytes).expect("its bytes");
+        }
+        archive.finish().expect("an archive").into_inner()
+    };
+    let description = |heights: &str| {
+        format!(
+            "<a><Record1><FeatureType>SUR</FeatureType><Axes><CX><AxisType>I</AxisType><Increment>1e-3</Increment></CX>\
+             <CY><AxisType>I</AxisType><Increment>1e-3</Increment></CY><CZ><AxisType>A</AxisType><DataType>D</DataType></CZ>\
+             </Axes></Record1><Record3><MatrixDimension><SizeX>2</SizeX><SizeY>2</SizeY><SizeZ>1</SizeZ></MatrixDimension>\
+             {heights}</Record3></a>"
+        )
+        .into_bytes()
+    };
+    let linked = "<DataLink><PointDataLink>data.bin</PointDataLink></DataLink>";
+    let mut sdf = b"bISO-1.0".to_vec();
+    sdf.extend_from_slice(&[b' '; 34]);
+    sdf.extend_from_slice(&[0xFF, 0xFF, 0x00, 0x01]);
+    for scale in [1e-3_f64, 1e-3, 1e-9, 0.0] {
+        sdf.extend_from_slice(&scale.to_le_bytes());
+    }
+    sdf.extend_from_slice(&[0, 7, 0]);
+    // The sides of the data set, 3 and 4, wherever they stand.
+    let mut hdf5 = std::fs::read("tests/metrology/files/packed.h5").expect("a file of the tests");
+    let sides: Vec<u8> = [3_u64, 4].into_iter().flat_map(u64::to_le_bytes).collect();
+    for at in 0..hdf5.len() - 16 {
+        if hdf5[at..].starts_with(&sides) {
+            hdf5[at..at + 16].copy_from_slice(&[4096_u64, 4096].map(u64::to_le_bytes).concat());
+        }
+    }
+    for (name, bytes) in [
+        ("heights.x3p", zipped(&[("main.xml", description(linked)), ("data.bin", vec![0; 1 << 28])])),
+        ("description.x3p", zipped(&[("main.xml", vec![b' '; 1 << 28])])),
+        ("list.x3p", zipped(&[("main.xml", description(&"<Datum>1</Datum>".repeat(1 << 22)))])),
+        ("short.sdf", sdf),
+        ("lying.h5", hdf5),
+        ("apart.xyz", b"0 0 1\n1e-9 1e-9 1\n1 1 1\n2e-9 2e-9 1\n".to_vec()),
+        ("huge.npy", generated("huge.npy")),
+    ] {
+        folder.put(name, bytes);
+        let output = Command::new("sh")
+            .args(["-c", "ulimit -v 1200000 && exec \"$@\"", "sh", env!("CARGO_BIN_EXE_polishc"), "inspect"])
+            .args(["--unit", "nm", "--pixel", "1mm"])
+            .arg(folder.0.join(name))
+            .output()
+            .expect("a shell");
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{name}: {said}");
+        assert!(said.starts_with("error[E05"), "{name}: {said}");
     }
 }
 

@@ -21,23 +21,24 @@
 
 use super::{Format, RawMap, proved_pixels};
 use crate::diagnostics::{Problem, codes};
+use crate::job::Quantity;
 
 /// From this value on a phase value means "no data".
-const INVALID: i32 = 2_147_483_640;
+pub(super) const INVALID: i32 = 2_147_483_640;
 
 /// Magic number and header size of formats 1, 2, 3.
 const FORMATS: [(u32, usize); 3] = [(0x881B_036F, 834), (0x881B_0370, 834), (0x881B_0371, 4096)];
 
 /// Counts a fringe of phase resolution 0, 1, 2.
-const RESOLUTIONS: [f64; 3] = [4096.0, 32768.0, 131_072.0];
+pub(super) const RESOLUTIONS: [f64; 3] = [4096.0, 32768.0, 131_072.0];
 
 /// Wavelengths of interferometers in metres, from the deep ultraviolet to far beyond the carbon dioxide laser.
-const WAVELENGTHS: (f64, f64) = (100e-9, 100e-6);
+pub(super) const WAVELENGTHS: (f64, f64) = (100e-9, 100e-6);
 /// Scale factors and obliquities: 0.25 (double pass), 0.5, 1; grazing incidence and high apertures stay within two
 /// decades either way.
-const FACTORS: (f64, f64) = (0.01, 100.0);
+pub(super) const FACTORS: (f64, f64) = (0.01, 100.0);
 /// Pitches of pixels in metres, from below a microscope's to a metre.
-const PITCHES: (f64, f64) = (1e-9, 1.0);
+pub(super) const PITCHES: (f64, f64) = (1e-9, 1.0);
 
 /// Whether the bytes begin as one of the three formats does.
 pub fn is_metropro(bytes: &[u8]) -> bool {
@@ -103,16 +104,20 @@ pub fn read(bytes: &[u8], name: &str) -> Result<RawMap, Problem> {
         })
         .collect();
     Ok(RawMap {
-        format: Format::MetroPro,
-        columns: columns as usize,
-        rows: rows as usize,
-        values,
         in_metres: true,
         pixel,
         wavelength: Some(wavelength),
-        scale_factor: Some(scale_factor),
+        quantity: said_by_factor(scale_factor),
         sign_inverted: header.int16(232) != 0,
+        ..RawMap::plain(Format::MetroPro, columns as usize, rows as usize, values)
     })
+}
+
+/// What a MetroPro scale factor makes of the fringes: 0.5 the surface that reflected them, 1 the wavefront. Other factors
+/// (double passes) say nothing. It is stored in single precision.
+pub(super) fn said_by_factor(scale_factor: f64) -> Option<Quantity> {
+    let is = |expected: f64| (scale_factor - expected).abs() < 1e-3;
+    if is(0.5) { Some(Quantity::surface) } else { is(1.0).then_some(Quantity::wavefront) }
 }
 
 /// A header whose length was proved; the offsets used are constants below 834.

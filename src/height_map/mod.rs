@@ -3,16 +3,35 @@
 //! In: the bytes of a file. Out: a [`RawMap`], the picture as the file shows it, and from it a [`Grid`] in a frame of the
 //! part or the tool ([`lay`]). What the heights mean, an error of the glass, a spot, a nominal form, is said by those who
 //! read them.
+//!
+//! Each format is a file of its own, and says at its head how it lies in bytes. [`content`] knows them apart. Whatever a
+//! file says of sizes is proved against its length and against [`MOST_PIXELS`] before anything is allocated.
 
+pub mod code_v;
+mod datx;
+mod element;
+mod four_sight;
 mod grid;
+mod grid_of_points;
+pub mod hdf5;
+mod length_unit;
 pub mod metropro;
 pub mod npy;
 mod orientation;
+mod profile;
 mod raw_map;
+mod refusals;
+pub mod sdf;
+pub mod table;
+mod text;
+pub mod x3p;
+pub mod zemax;
+pub mod zygo_text;
 
 pub use grid::Grid;
 pub(crate) use orientation::valid_middle;
 pub use orientation::{Picture, lay};
+pub use profile::Profile;
 pub use raw_map::{Format, RawMap};
 
 use crate::diagnostics::{Problem, codes};
@@ -26,13 +45,21 @@ pub const MOST_PIXELS: u64 = 1 << 24;
 /// intensity beside its heights.
 pub const MOST_BYTES: u64 = MOST_PIXELS * 16;
 
-/// Reads a map of any known format. The format is known from the content; `name` is for messages only. Fields are
-/// `file`.
+/// What a file of heights holds.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Content {
+    Map(RawMap),
+    /// Heights along one line: no job takes it for a map.
+    Profile(Profile),
+}
+
+/// Reads a file of any known format. The format is known from the content; `name` is for messages only. Fields are `file`.
 ///
 /// # Errors
 /// E0501 too large, E0502 unknown format, E0503 sizes that do not fit the file, E0504 impossible header values, E0505
-/// an array that is no height map.
-pub fn read(bytes: &[u8], name: &str) -> Result<RawMap, Problem> {
+/// an array that is no height map, E0513 a part of the format that is not read, E0514 an unknown unit, E0515 text that is
+/// no table of numbers, E0516 points that lie on no grid, E0517 a wrong checksum, E0518 a damaged or hostile container.
+pub fn content(bytes: &[u8], name: &str) -> Result<Content, Problem> {
     if bytes.len() as u64 > MOST_BYTES {
         return Err(too_large(name, bytes.len() as u64));
     }
@@ -41,14 +68,49 @@ pub fn read(bytes: &[u8], name: &str) -> Result<RawMap, Problem> {
             .help("copy the map from the instrument again"));
     }
     if metropro::is_metropro(bytes) {
-        metropro::read(bytes, name)
-    } else if npy::is_npy(bytes) {
-        npy::read(bytes, name)
-    } else {
-        Err(Problem::error(codes::E0502, "file", format!("`{name}` is neither a MetroPro map nor a NumPy array"))
-            .note("the format is taken from the first bytes, not from the file's name")
-            .help("export the map as MetroPro `.dat` or save the array as `.npy`"))
+        return metropro::read(bytes, name).map(Content::Map);
     }
+    if npy::is_npy(bytes) {
+        return npy::read(bytes, name).map(Content::Map);
+    }
+    if hdf5::is_hdf5(bytes) {
+        return hdf5::read(bytes, name).map(Content::Map);
+    }
+    if x3p::is_x3p(bytes) {
+        return x3p::read(bytes, name);
+    }
+    if sdf::is_sdf(bytes) {
+        return sdf::read(bytes, name);
+    }
+    let text = text::decode(bytes).ok_or_else(|| unknown_format(name))?;
+    if text::half_a_letter(bytes) {
+        return Err(refusals::sizes(name, "is cut short: it ends in half a letter of UTF-16"));
+    }
+    if zygo_text::is_zygo_text(&text) {
+        zygo_text::read(&text, name).map(Content::Map)
+    } else if code_v::is_code_v(&text) {
+        code_v::read(&text, name).map(Content::Map)
+    } else if zemax::is_zemax(&text) {
+        zemax::read(&text, name).map(Content::Map)
+    } else if table::is_table(&text) {
+        table::read(&text, name)
+    } else {
+        Err(unknown_format(name))
+    }
+}
+
+/// [`content`] that must be a map. E0519 for a profile; fields are `file`.
+pub fn read(bytes: &[u8], name: &str) -> Result<RawMap, Problem> {
+    match content(bytes, name)? {
+        Content::Map(map) => Ok(map),
+        Content::Profile(profile) => Err(refusals::profile(name, profile.heights.len())),
+    }
+}
+
+fn unknown_format(name: &str) -> Problem {
+    Problem::error(codes::E0502, "file", format!("`{name}` is no height map of a known format"))
+        .note("known are Zygo `.dat`, `.datx`, `.asc` and `.xyz`, 4D `.h5`, CODE V `.int`, Zemax grid sag, X3P, SDF, NumPy `.npy` and tables of text; the format is taken from the content, not from the file's name")
+        .help("export the map in one of these formats")
 }
 
 /// The bytes of the data file at `path`. Fields are `file`. E0500 if it cannot be had, E0501 if it is too large.

@@ -5,6 +5,7 @@
 //!
 //! Source: NumPy Enhancement Proposal 1, "A Simple File Format for NumPy Arrays", and `numpy.lib.format`.
 
+use super::element::{Element, Kind};
 use super::{Format, RawMap, proved_pixels};
 use crate::diagnostics::{Problem, codes};
 
@@ -39,7 +40,7 @@ pub fn read(bytes: &[u8], name: &str) -> Result<RawMap, Problem> {
         .ok()
         .and_then(parse_header)
         .ok_or_else(|| no_map(name, "has a header that does not describe a plain array".into()))?;
-    let element = Element::of(&header.descr).ok_or_else(|| {
+    let element = element(&header.descr).ok_or_else(|| {
         no_map(
             name,
             format!("holds `{}` numbers; real numbers of 1 to 8 bytes are read (`<f8`, `<f4`, `<i4`)", header.descr),
@@ -61,22 +62,12 @@ pub fn read(bytes: &[u8], name: &str) -> Result<RawMap, Problem> {
         ));
     }
     let (rows, columns) = (rows as usize, columns as usize);
-    let mut values: Vec<f64> = data.chunks_exact(element.size).map(|b| element.decode(b)).collect();
+    let mut values = element.decode_all(data);
     if header.fortran_order {
         // Element (row, column) stands at column * rows + row.
         values = (0..pixels).map(|i| values[(i % columns) * rows + i / columns]).collect();
     }
-    Ok(RawMap {
-        format: Format::Npy,
-        columns,
-        rows,
-        values,
-        in_metres: false,
-        pixel: None,
-        wavelength: None,
-        scale_factor: None,
-        sign_inverted: false,
-    })
+    Ok(RawMap::plain(Format::Npy, columns, rows, values))
 }
 
 /// Writes an array of 64-bit floats, version 1, C order, row 0 first. `None` if `values` does not fill the rows.
@@ -101,43 +92,19 @@ pub fn write(columns: usize, values: &[f64]) -> Option<Vec<u8>> {
     Some(bytes)
 }
 
-/// How one number is stored.
-struct Element {
-    kind: u8,
-    size: usize,
-    big_endian: bool,
-}
-
-impl Element {
-    /// From NumPy's type text, such as `<f8`.
-    fn of(descr: &str) -> Option<Element> {
-        let &[order, kind, digit] = descr.as_bytes() else { return None };
-        let size = usize::from(digit.wrapping_sub(b'0'));
-        let known = match kind {
-            b'f' => matches!(size, 4 | 8),
-            b'i' | b'u' => matches!(size, 1 | 2 | 4 | 8),
-            _ => false,
-        };
-        // `|` says that the order of bytes does not matter: only for one byte.
-        let ordered = matches!(order, b'<' | b'>') || (order == b'|' && size == 1);
-        (known && ordered).then_some(Element { kind, size, big_endian: order == b'>' })
-    }
-
-    /// The number in exactly `size` bytes.
-    fn decode(&self, bytes: &[u8]) -> f64 {
-        let mut bits: u64 = 0;
-        for i in 0..bytes.len() {
-            let byte = if self.big_endian { bytes[i] } else { bytes[bytes.len() - 1 - i] };
-            bits = bits << 8 | u64::from(byte);
-        }
-        let unused = 64 - 8 * self.size as u32;
-        match (self.kind, self.size) {
-            (b'f', 4) => f64::from(f32::from_bits(bits as u32)),
-            (b'f', _) => f64::from_bits(bits),
-            (b'i', _) => ((bits << unused) as i64 >> unused) as f64,
-            _ => bits as f64,
-        }
-    }
+/// From NumPy's type text, such as `<f8`.
+fn element(descr: &str) -> Option<Element> {
+    let &[order, kind, digit] = descr.as_bytes() else { return None };
+    let size = usize::from(digit.wrapping_sub(b'0'));
+    let kind = match kind {
+        b'f' if matches!(size, 4 | 8) => Kind::Float,
+        b'i' if matches!(size, 1 | 2 | 4 | 8) => Kind::Signed,
+        b'u' if matches!(size, 1 | 2 | 4 | 8) => Kind::Unsigned,
+        _ => return None,
+    };
+    // `|` says that the order of bytes does not matter: only for one byte.
+    let ordered = matches!(order, b'<' | b'>') || (order == b'|' && size == 1);
+    ordered.then_some(Element { kind, size, big_endian: order == b'>' })
 }
 
 struct ArrayHeader {

@@ -1,12 +1,21 @@
 //! The raw map: a picture of heights as the file shows it, before the job says where it lies on the part.
 
 use crate::diagnostics::{Problem, codes};
+use crate::job::Quantity;
 
-/// Formats of height maps that are read.
+/// Formats of height maps and profiles that are read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
     MetroPro,
+    ZygoText,
+    Datx,
+    FourSight,
+    CodeV,
+    Zemax,
+    X3p,
+    Sdf,
     Npy,
+    Table,
 }
 
 impl Format {
@@ -14,7 +23,15 @@ impl Format {
     pub fn name(self) -> &'static str {
         match self {
             Format::MetroPro => "metropro",
+            Format::ZygoText => "zygo_text",
+            Format::Datx => "datx",
+            Format::FourSight => "4sight",
+            Format::CodeV => "codev_int",
+            Format::Zemax => "zemax_grid_sag",
+            Format::X3p => "x3p",
+            Format::Sdf => "sdf",
             Format::Npy => "npy",
+            Format::Table => "table",
         }
     }
 }
@@ -33,10 +50,9 @@ pub struct RawMap {
     pub pixel: Option<[f64; 2]>,
     /// Metres, where the file says it.
     pub wavelength: Option<f64>,
-    /// MetroPro's interferometric scale factor: 0.5 turns fringes of a reflection into surface heights, 1 leaves them
-    /// wavefront.
-    pub scale_factor: Option<f64>,
-    /// MetroPro's remark that the sign was inverted when the data were taken.
+    /// What the values are, where the file says it: CODE V by a word, Zygo by its scale factor.
+    pub quantity: Option<Quantity>,
+    /// Zygo's remark that the sign was inverted when the data were taken.
     pub sign_inverted: bool,
 }
 
@@ -49,6 +65,21 @@ const PIXEL_AGREEMENT: f64 = 1e-3;
 const LARGEST_HEIGHT: f64 = 0.01;
 
 impl RawMap {
+    /// A picture of which the file says nothing but the values, which fill the rows.
+    pub fn plain(format: Format, columns: usize, rows: usize, values: Vec<f64>) -> RawMap {
+        RawMap {
+            format,
+            columns,
+            rows,
+            values,
+            in_metres: false,
+            pixel: None,
+            wavelength: None,
+            quantity: None,
+            sign_inverted: false,
+        }
+    }
+
     /// The pitch of the pixels along rows and along columns, metres: the file's own, or the one stated, which must agree
     /// where both exist. Fields are `pixel`. E0506 if nobody says it, E0507 if the two disagree.
     pub fn pixel_pitch(&self, stated: Option<f64>) -> Result<[f64; 2], Problem> {

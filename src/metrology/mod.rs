@@ -7,20 +7,28 @@
 //! [`place()`] puts the picture on the part as the job says, takes off what `subtract` names, and fills small holes;
 //! [`inspect()`] tells a person what is in a file.
 
+mod distance;
 mod figures;
+mod fit;
 mod holes;
 mod inspect;
 mod low_order;
 mod place;
+mod psd;
 mod pvr;
+mod slope;
+mod zernike_fit;
 
 pub use figures::Figures;
-pub use inspect::{Inspection, inspect};
+pub use inspect::{Inspection, MapFacts, ProfileFacts, inspect};
 pub use low_order::LowOrder;
 pub(crate) use low_order::plane_through;
 pub use place::{ErrorMap, place};
 pub(crate) use place::{doubt_scale, surface_factor};
+pub use psd::{Profile, Psd, psd};
 pub use pvr::{Pvr, pvr};
+pub use slope::{SlopeRms, slope_rms};
+pub use zernike_fit::{ZernikeFit, zernike_fit};
 
 use crate::diagnostics::Problem;
 use crate::height_map::read_file;

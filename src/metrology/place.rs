@@ -41,9 +41,6 @@ pub struct ErrorMap {
 /// hand on an edge is good to a pixel or two.
 const CENTRING: f64 = 3.0;
 
-/// How far MetroPro's scale factor may lie from 0.5 or 1 to be taken for it: it is stored in single precision.
-const FACTOR_ROUNDING: f64 = 1e-3;
-
 /// Most pixels of a hole that is filled, whatever the job allows: half a thousand each way. A smooth surface over more is
 /// no measurement, and solving for it would take minutes.
 const MOST_FILLED: f64 = 250_000.0;
@@ -166,15 +163,14 @@ fn inside(grid: &Grid, aperture: &Aperture) -> Vec<bool> {
 /// A factor of two is the commonest mistake with heights: warns where the file's scale factor speaks against the job's
 /// `quantity`, and where the file says that its sign was inverted.
 pub(crate) fn doubt_scale(raw: &RawMap, quantity: Quantity, warnings: &mut Vec<Problem>) {
-    let is = |expected: f64| raw.scale_factor.is_some_and(|factor| (factor - expected).abs() < FACTOR_ROUNDING);
-    let doubt = match quantity {
-        Quantity::wavefront if is(0.5) => Some(("surface heights", "wavefront")),
-        Quantity::surface if is(1.0) => Some(("a wavefront", "surface")),
-        _ => None,
-    };
-    if let Some((file, job)) = doubt {
-        let message =
-            format!("the scale factor in the map's file makes its values {file}, but the job says `quantity: {job}`");
+    if let Some(said) = raw.quantity
+        && said != quantity
+    {
+        let (file, job) = match said {
+            Quantity::surface => ("surface heights", "wavefront"),
+            Quantity::wavefront => ("a wavefront", "surface"),
+        };
+        let message = format!("the map's file says that its values are {file}, but the job says `quantity: {job}`");
         warnings.push(
             Problem::warning(codes::W0502, "quantity", message)
                 .note("one of the two is wrong by a factor of two, unless the part was measured in an unusual set-up"),

@@ -3,9 +3,10 @@
 #![allow(clippy::disallowed_methods, reason = "tests read the tree's own files")]
 
 use polishc::height_map::metropro::{self, Settings};
-use polishc::height_map::npy;
+use polishc::height_map::{npy, x3p};
 use polishc::source::{FileError, FileProvider, normalise};
 use std::collections::BTreeMap;
+use std::io::{Cursor, Read, Write};
 
 /// The files of the working tree, and under any folder, by name, generated data and the libraries of `tests/ui/lib`.
 /// `extra` comes first.
@@ -143,6 +144,29 @@ fn generated(name: &str) -> Option<Vec<u8>> {
         "noise_map.dat" => {
             let height = |i: usize| ((i as u32).wrapping_mul(2_654_435_761) >> 24) as f64 * 8e-11 - 1e-8;
             metropro((0..SIZE * SIZE).map(height).collect())
+        }
+        // An archive in which one bit of the heights changed, and one whose heights were replaced by others.
+        "damaged.x3p" => {
+            let mut bytes = x3p::write(SIZE, &picture(disc), [1e-3; 2]).expect("whole rows");
+            let middle = bytes.len() / 2;
+            bytes[middle] ^= 1;
+            bytes
+        }
+        "edited.x3p" => {
+            let [from, into] = [picture(disc), vec![0.0; SIZE * SIZE]]
+                .map(|heights| x3p::write(SIZE, &heights, [1e-3; 2]).expect("whole rows"));
+            let part = |bytes: &[u8], name: &str| {
+                let mut archive = zip::ZipArchive::new(Cursor::new(bytes)).expect("an archive");
+                let mut found = Vec::new();
+                archive.by_name(name).expect("a part").read_to_end(&mut found).expect("its bytes");
+                found
+            };
+            let mut archive = zip::ZipWriter::new(Cursor::new(Vec::new()));
+            for (name, bytes) in [("main.xml", &from), ("bindata/data.bin", &into), ("md5checksum.hex", &from)] {
+                archive.start_file(name, zip::write::SimpleFileOptions::default()).expect("a part");
+                archive.write_all(&part(bytes, name)).expect("its bytes");
+            }
+            archive.finish().expect("an archive").into_inner()
         }
         "flat.dat" => metropro(vec![0.0; SIZE * SIZE]),
         "noise.dat" => (0..4096_u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 24) as u8).collect(),

@@ -2,7 +2,12 @@
 #![allow(clippy::disallowed_methods, reason = "tests may use the platform's mathematics")]
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may panic, and says what it skips")]
 
+mod figures;
+mod files;
+mod formats;
+mod hostile;
 mod influence;
 mod placing;
 mod reading;
+mod samples;
 mod workpiece;

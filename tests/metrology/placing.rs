@@ -89,17 +89,7 @@ fn pixels_that_are_not_square_keep_their_shape_when_x_points_up() {
     // 4 columns of 2 mm, 3 rows of 1 mm; the bump in the right upper pixel, 3 mm right of and 1 mm above the middle.
     let mut values = vec![0.0; 12];
     values[3] = 7e-9;
-    let raw = RawMap {
-        format: Format::Npy,
-        columns: 4,
-        rows: 3,
-        values,
-        in_metres: true,
-        pixel: Some([2e-3, 1e-3]),
-        wavelength: None,
-        scale_factor: None,
-        sign_inverted: false,
-    };
+    let raw = RawMap { in_metres: true, pixel: Some([2e-3, 1e-3]), ..RawMap::plain(Format::Npy, 4, 3, values) };
     let small = part(rectangle(20.0, 20.0, None), circle(2.0, None));
     let (upright, _) = place(&raw, &map(), &small);
     let upright = upright.unwrap().grid;
@@ -162,7 +152,7 @@ fn a_wavefront_is_twice_the_surface_and_a_file_that_speaks_against_it_is_doubted
     let (result, warnings) = place(&raw, &HeightMap { quantity: Quantity::wavefront, ..map() }, &part);
     assert!(near(bump(&result.unwrap().grid).2, 40.0, NM));
     assert!(warnings.len() == 1 && warnings[0].starts_with("W0502 workpiece.error.quantity"), "{warnings:?}");
-    let double = RawMap { scale_factor: Some(1.0), ..raw.clone() };
+    let double = RawMap { quantity: Some(Quantity::wavefront), ..raw.clone() };
     assert!(place(&double, &HeightMap { quantity: Quantity::wavefront, ..map() }, &part).1.is_empty());
     assert!(place(&double, &map(), &part).1[0].starts_with("W0502"));
     let inverted = RawMap { sign_inverted: true, ..raw };
@@ -496,7 +486,7 @@ fn a_grid_is_read_between_its_pixels() {
 fn a_real_map_with_a_real_hole_lies_on_its_part() {
     // Counted with NumPy: inside a circle of 44 mm about the middle of the picture 108,999 pixels are valid (PV 239.8298,
     // RMS 23.2662 nm), and one hole of 363 pixels (5.048 mm²) has its middle 9.597 mm left of and 11.080 mm below it.
-    let Some(bytes) = crate::reading::sample("zygo_metropro.dat") else { return };
+    let Some(bytes) = crate::samples::sample("zygo_metropro.dat") else { return };
     let raw = read(&bytes, "zygo_metropro.dat").unwrap();
     let fifty = part(circle(51.0, None), circle(44.0, None));
     let fill = |area: f64| HeightMap { fill_below: Some(Area(area * 1e-6)), ..map() };

@@ -1,11 +1,11 @@
-//! The readers: what they find in real and hand-made files, and that no bytes make them panic.
+//! MetroPro and NumPy by hand, what of them is refused, and what scales a job may state.
 
+use crate::files::facts;
 use polishc::diagnostics::Problem;
 use polishc::height_map::{Format, Grid, metropro, npy, read};
 use polishc::job::ZernikeOrder;
 use polishc::metrology;
 use proptest::prelude::*;
-use std::path::PathBuf;
 
 /// A MetroPro header made by hand from the table of the reference guide, all other bytes zero, with 2 x 2 heights.
 fn by_hand(format: u16, phase_resolution: u16, counts: [i32; 4]) -> Vec<u8> {
@@ -161,7 +161,7 @@ fn lying_headers_are_refused_by_name() {
         ("E0504", "pixel is NaN mm", changed(184, &f32::NAN.to_be_bytes())),
         ("E0504", "phase resolution is 2; format 1 knows 0 to 1", changed(218, &2_i16.to_be_bytes())),
         ("E0504", "phase resolution is -1", changed(218, &(-1_i16).to_be_bytes())),
-        ("E0502", "neither a MetroPro map nor a NumPy array", changed(0, &[0])),
+        ("E0502", "no height map of a known format", changed(0, &[0])),
     ];
     for (code, words, (found_code, message)) in cases {
         assert_eq!(code, found_code, "{message}");
@@ -321,37 +321,6 @@ proptest! {
     }
 }
 
-/// The folder of sample files, if it is there.
-pub fn sample(name: &str) -> Option<Vec<u8>> {
-    let folder = std::env::var_os("POLISHC_SAMPLES").map_or_else(|| PathBuf::from("../shared/samples"), PathBuf::from);
-    let path = folder.join(name);
-    match std::fs::read(&path) {
-        Ok(bytes) => Some(bytes),
-        Err(_) => {
-            println!("skipped: there is no {} (set POLISHC_SAMPLES to the folder of sample files)", path.display());
-            None
-        }
-    }
-}
-
-#[test]
-fn a_file_from_a_real_interferometer() {
-    // Figures: the samples' own list; "detilted" by NumPy's lstsq over the valid pixels.
-    let Some(bytes) = sample("zygo_metropro.dat") else { return };
-    let found = metrology::inspect(&bytes, "zygo_metropro.dat", None, None).unwrap();
-    assert_eq!((found.kind, found.format), ("height_map", "metropro"));
-    assert_eq!((found.rows, found.columns, found.valid, found.invalid), (432, 425, 136_359, 47_241));
-    assert_eq!(found.pixel_mm, [0.117_924, 0.117_924]);
-    assert_eq!((found.wavelength_nm, found.pv_nm, found.rms_nm), (Some(632.8), 330.700, 44.591));
-    assert_eq!((found.pv_detilted_nm, found.rms_detilted_nm), (Some(330.700), Some(44.591)));
-    // The highest pixel stands in row 401, column 268 of the picture, the lowest in row 146, column 387 (NumPy).
-    let map = read(&bytes, "zygo_metropro.dat").unwrap();
-    let place = |i: usize| (i / map.columns, i % map.columns);
-    let valid = || map.values.iter().enumerate().filter(|(_, v)| !v.is_nan());
-    assert_eq!(place(valid().max_by(|a, b| a.1.total_cmp(b.1)).unwrap().0), (401, 268));
-    assert_eq!(place(valid().min_by(|a, b| a.1.total_cmp(b.1)).unwrap().0), (146, 387));
-}
-
 /// The study's maps inside 180 mm, piston and tilt off: PV, RMS and PVr with the 36 Fringe and with the 36 standard
 /// polynomials, by the study's own code (NumPy). Map B is the example's; the others lie beside the samples.
 #[test]
@@ -378,7 +347,7 @@ fn robust_figures_of_the_study() {
             })
             .collect();
         let masked = npy::write(200, &masked).unwrap();
-        let found = metrology::inspect(&masked, "map.npy", Some(1e-9), Some(1e-3)).unwrap();
+        let found = facts(metrology::inspect(&masked, "map.npy", Some(1e-9), Some(1e-3)).unwrap());
         let near = |found: Option<f64>, expected: f64| {
             let found = found.expect("a figure");
             assert!((found - expected).abs() < 1.1e-3, "{}: {found}, expected {expected}", path.display());

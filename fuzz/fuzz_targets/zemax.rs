@@ -1,0 +1,10 @@
+//! The reader of Zemax grid sag files.
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+
+fuzz_target!(|data: &[u8]| {
+    if let Ok(text) = std::str::from_utf8(data) {
+        let _ = polishc::height_map::zemax::read(text, "fuzz");
+    }
+});
