@@ -353,6 +353,25 @@ fn a_ripple_belongs_to_the_tool_or_not_by_its_period() {
 }
 
 #[test]
+fn pixels_finer_than_the_spot_do_not_make_a_slope_fine() {
+    // The map has pixels of a twelfth of this spot's sigma, which are averaged for the fit: the slope of 100 nm of astigmatism within
+    // an averaged pixel, 100 nm * 2 * 15 mm * 0.7 mm / 320 mm² = 6 nm, is no fine error. A ripple of 1.5 mm, of which the averaging
+    // leaves little, is one.
+    let ripple = |amplitude: f64| {
+        let form = move |x: f64, y: f64| {
+            100e-9 * (x * x - y * y) / 3.2e-4 + amplitude * (2.0 * PI * (x - 0.5 * y) / 1.5e-3).cos()
+        };
+        let mut case = case(map(form));
+        case.influence = InfluenceFunction::gaussian(PEAK, 4.8e-3, 28.8e-3).expect("positive numbers");
+        case.clear = circle(30e-3);
+        prospect(&case.task(), &mut Vec::new()).expect("a prospect").correctable.finer_rms
+    };
+    let (plain, rippled) = (ripple(0.0), ripple(5e-9));
+    assert!(plain < 0.1e-9, "{}", plain * 1e9);
+    assert!((rippled / (5e-9 / 2.0f64.sqrt()) - 1.0).abs() < 0.03, "{}", rippled * 1e9);
+}
+
+#[test]
 fn white_noise_is_finer_than_the_tool_but_for_its_share_of_the_band() {
     // Of white noise the band of radius 1/5.855 mm holds pi / 5.855² = 0.0916 a mm², times the pixel of 0.16 mm² 1.5 %. The fit takes
     // that part off, up to the freedom it has at the rim.

@@ -42,14 +42,9 @@ pub struct Correctable {
 }
 
 impl Correctable {
-    /// `coarse` is `field` averaged over pixels of at most a quarter of the footprint's sigma.
-    pub fn of(field: &Field, coarse: &Field, footprint: &Footprint) -> Correctable {
+    pub fn of(field: &Field, footprint: &Footprint) -> Correctable {
         let whole = field.rms();
-        let averaged = coarse.rms();
-        // What the averaging took away is finer than the tool by far.
-        let below_pixels = (whole * whole - averaged * averaged).max(0.0);
-        let finer = left_by_band(coarse, footprint);
-        let finer_rms = (finer * finer + below_pixels).sqrt().min(whole);
+        let finer_rms = left_by_band(field, footprint).min(whole);
         Correctable {
             period: Transfer::of(footprint).period(SHARE),
             rms: (whole * whole - finer_rms * finer_rms).max(0.0).sqrt(),
@@ -94,6 +89,32 @@ impl Padded {
         Convolution::shaped(self.rows, self.columns, &self.kernel, |[re, im]| [shape(libm::hypot(re, im)), 0.0])
     }
 
+    /// `grid` at a place in the part, the window in its corner; between pixels by cubic convolution (R. Keys, "Cubic convolution
+    /// interpolation for digital image processing", IEEE Trans. ASSP 29 (1981), a = -1/2).
+    fn read(&self, grid: &[f64], window: &Window, place: [f64; 2]) -> f64 {
+        let split = |axis: usize| {
+            let at = (place[axis] - window.origin[axis]) / window.pixel[axis];
+            let t = at - at.floor();
+            let (t2, t3) = (t * t, t * t * t);
+            let weights = [
+                0.5 * (-t3 + 2.0 * t2 - t),
+                0.5 * (3.0 * t3 - 5.0 * t2 + 2.0),
+                0.5 * (-3.0 * t3 + 4.0 * t2 + t),
+                0.5 * (t3 - t2),
+            ];
+            (at.floor() as i64 - 1, weights)
+        };
+        let ((column, across), (row, down)) = (split(0), split(1));
+        let mut sum = 0.0;
+        for (dr, down) in down.iter().enumerate() {
+            let row = (row + dr as i64).rem_euclid(self.rows as i64) as usize * self.columns;
+            for (dc, across) in across.iter().enumerate() {
+                sum += down * across * grid[row + (column + dc as i64).rem_euclid(self.columns as i64) as usize];
+            }
+        }
+        sum
+    }
+
     /// `values` of the window in the grid's corner, zero elsewhere.
     pub fn pad(&self, values: &[f64], window: &Window) -> Vec<f64> {
         let mut padded = vec![0.0; self.rows * self.columns];
@@ -106,17 +127,27 @@ impl Padded {
 
 /// RMS, about the mean, of what the tool's band does not follow.
 fn left_by_band(field: &Field, footprint: &Footprint) -> f64 {
-    let padded = Padded::of(&field.window, footprint);
-    let weights = padded.pad(&field.weights, &field.window);
-    let mut left = padded.pad(&field.values, &field.window);
+    // The band of a Gaussian ends at 2.9 sigma: six of these pixels. Averaging over a pixel lowers a ripple there by 5 %.
+    let coarse = field.binned(footprint.sigma / 2.0);
+    let padded = Padded::of(&coarse.window, footprint);
+    let weights = padded.pad(&coarse.weights, &coarse.window);
+    let mut left = padded.pad(&coarse.values, &coarse.window);
+    let mut followed = vec![0.0; left.len()];
     for power in STAGES {
         take_mean(&mut left, &weights);
         let shape = move |h: f64| if h < SHARE { 0.0 } else { libm::pow(h, f64::from(power)) };
-        fit(&mut padded.filter(shape), &weights, &mut left);
+        fit(&mut padded.filter(shape), &weights, &mut left, &mut followed);
     }
-    take_mean(&mut left, &weights);
-    let weight: f64 = weights.iter().sum();
-    (dot(&left, &left, Some(&weights)) / weight).sqrt()
+    // On the map's own pixels, which may be finer.
+    let mut left: Vec<f64> = (0..field.values.len())
+        .map(|i| match field.weights[i] > 0.0 {
+            true => field.values[i] - padded.read(&followed, &coarse.window, field.window.position(i)),
+            false => 0.0,
+        })
+        .collect();
+    take_mean(&mut left, &field.weights);
+    let weight: f64 = field.weights.iter().sum();
+    (dot(&left, &left, Some(&field.weights)) / weight).sqrt()
 }
 
 fn take_mean(values: &mut [f64], weights: &[f64]) {
@@ -127,9 +158,9 @@ fn take_mean(values: &mut [f64], weights: &[f64]) {
     }
 }
 
-/// `left` less what [`STEPS`] steps of conjugate gradients find of it: min over x of `Σ w (left - A x)²`, A the filter, which
-/// is its own transpose.
-fn fit(filter: &mut Convolution, weights: &[f64], left: &mut [f64]) {
+/// Takes from `left`, and adds to `followed`, what [`STEPS`] steps of conjugate gradients find: min over x of
+/// `Σ w (left - A x)²`, A the filter, which is its own transpose.
+fn fit(filter: &mut Convolution, weights: &[f64], left: &mut [f64], followed: &mut [f64]) {
     let weighted = |values: &[f64]| -> Vec<f64> { values.iter().zip(weights).map(|(v, w)| v * w).collect() };
     let mut gradient = weighted(left);
     filter.convolve(&mut gradient);
@@ -143,8 +174,9 @@ fn fit(filter: &mut Convolution, weights: &[f64], left: &mut [f64]) {
         if !length.is_finite() {
             return;
         }
-        for (left, moved) in left.iter_mut().zip(&moved) {
+        for ((left, followed), moved) in left.iter_mut().zip(followed.iter_mut()).zip(&moved) {
             *left -= length * moved;
+            *followed += length * moved;
         }
         // The gradient anew, so that rounding does not pile up.
         gradient = weighted(left);

@@ -51,7 +51,7 @@ pub fn prospect(task: &Task, warnings: &mut Vec<Problem>) -> Option<Prospect> {
     let field = Field::new(task.error, task.clear).ok()?;
     // The pixels of the solver: the spot smooths away everything finer.
     let coarse = field.binned(footprint.sigma / 4.0);
-    let correctable = Correctable::of(&field, &coarse, &footprint);
+    let correctable = Correctable::of(&field, &footprint);
     let mut operator = Removal::new(&Samples::segments(&task.path, footprint.sigma / 2.0), &footprint, coarse.window);
     let reach = Reach::of(task, &coarse, &footprint, &mut operator);
     let best_rms = correctable.left(dwell.removal_fraction);
