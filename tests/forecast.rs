@@ -408,24 +408,24 @@ fn codes(case: &Case) -> Vec<&'static str> {
 
 #[test]
 fn what_a_path_does_not_reach_is_counted() {
-    // A path of 24 mm, the spot reaches 6 mm more: 18 mm from the middle, of a clear aperture of 17.95 mm radius. A path of 20 mm leaves a
-    // ring from 16 mm on, but for the corners of the raster.
+    // A path of 10 mm radius and a spot that reaches 6 mm: of a clear aperture of 17.95 mm radius the ring from 16 mm on is left out. Spreading
+    // over pixels of 0.4 mm reaches that much farther, which takes a fifth of the ring; the raster ends up to a step before its outline.
     let mut case = case(map(form));
     assert!(codes(&case).is_empty(), "{:?}", codes(&case));
     case.over = 20e-3;
     let said = prospect(&case.task(), &mut Vec::new()).expect("a prospect");
     let ring = PI * (17.95e-3f64.powi(2) - 16e-3f64.powi(2));
-    assert!(said.reach.area > 0.8 * ring && said.reach.area < 1.1 * ring, "{} {}", said.reach.area * 1e6, ring * 1e6);
+    assert!(said.reach.area > 0.75 * ring && said.reach.area < 1.2 * ring, "{} {}", said.reach.area * 1e6, ring * 1e6);
     let [x, y] = said.reach.place;
     assert!(x.hypot(y) > 15.5e-3, "{x} {y}");
     assert_eq!(codes(&case), ["W0731"]);
-    // One that ends at the rim works there with half its strength.
+    // One that ends at the rim works there with half its strength, less where its last line lies farther in.
     case.over = 36e-3;
     let said = prospect(&case.task(), &mut Vec::new()).expect("a prospect");
-    assert!(said.reach.pixels == 0 && (said.reach.least_strength - 0.5).abs() < 0.1, "{}", said.reach.least_strength);
+    assert!(said.reach.pixels == 0 && (said.reach.least_strength - 0.45).abs() < 0.15, "{}", said.reach.least_strength);
     assert_eq!(codes(&case), ["W0732"]);
-    // One sigma more is enough.
-    case.over = 36e-3 + 2.0 * 1.3 * SIGMA;
+    // Two sigma beyond, less a line's distance, are enough.
+    case.over = 36e-3 + 4.0 * SIGMA;
     assert!(codes(&case).is_empty(), "{:?}", codes(&case));
 }
 

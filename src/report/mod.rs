@@ -231,6 +231,7 @@ pub fn results(
         ("predicted.removal.range".into(), removal.pv),
         ("dwell.time".into(), figures.time),
         ("dwell.base".into(), figures.base),
+        ("dwell.floor".into(), figures.floor),
         ("program.points".into(), path.points.len() as f64),
     ]);
     if let Some(expected) = beside.expected {
