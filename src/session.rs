@@ -258,35 +258,43 @@ impl Passes<'_> {
         odd.extend(refuse(output_checks(&job, until))?);
         self.said.extend(odd);
 
+        let strategy = job.path.strategy();
+        let measured = if strategy.needs_measurement() { Some(self.measure(&job)?) } else { None };
         self.watch.pass("path");
         let limits = job.target.as_ref().map(target::limits);
-        let most_points = limits.as_ref().map_or(path::MOST_POINTS, |limits| limits.most_points);
         let surface: Arc<dyn Surface> = form::surface(&job.workpiece.form, self.files).map_err(one)?.into();
         self.planned.surface = Some(surface.clone());
         let surface = &*surface;
         refuse(workpiece::check_surface(&job.workpiece, surface).into_iter().collect())?;
-        let tool_path = path::plan(&job.path, &job.workpiece, surface, most_points).map_err(one)?;
+        let setting = path::Setting {
+            edge: &job.workpiece.edge,
+            clear: &job.workpiece.clear,
+            surface,
+            most_points: limits.as_ref().map_or(path::MOST_POINTS, |limits| limits.most_points),
+            line_points: limits.as_ref().map_or(usize::MAX, |limits| limits.line_points),
+            measured: measured.as_ref().map(|(error, influence)| path::Measured { error, influence }),
+        };
+        let tool_path = path::plan(&job.path, &setting).map_err(one)?;
         let places = (0..tool_path.points.len()).map(|i| [tool_path.points.x[i], tool_path.points.y[i]]);
         refuse(tool::check_fit(&job.tool, surface, places).into_iter().collect())?;
-        let job::Path::raster(raster) = &job.path;
-        path::chord::check(&tool_path, surface, raster.chord_error.0).map_err(one)?;
+        path::chord::check(&tool_path, surface, strategy.chord_error()).map_err(one)?;
         if until == Until::Path {
             self.planned.path = Some(tool_path);
             return Ok(());
         }
-
-        self.watch.pass("metrology");
-        let error_map = metrology::error_map(&job.workpiece, self.files, self.said).map_err(one)?;
-        let job::Tool::mrf_wheel(wheel) = &job.tool;
-        let influence = InfluenceFunction::new(&wheel.influence, self.files, self.said).map_err(one)?;
+        let (error_map, influence) = match measured {
+            Some(measured) => measured,
+            None => self.measure(&job)?,
+        };
 
         self.watch.pass("dwell");
         let job::Dwell::corrective(corrective) = &job.dwell;
         let speed_steps = limits.as_ref().map_or(FINEST_SPEEDS, |limits| limits.speed_steps);
         let task = dwell::Task {
+            standing: dwell::standing(&tool_path, corrective.acceleration.0, speed_steps),
             path: tool_path,
-            standing: Vec::new(),
-            line_pitch: raster.line_pitch.0,
+            line_pitch: strategy.line_pitch(),
+            passes: job.path.pass_count(),
             error: &error_map.grid,
             clear: &job.workpiece.clear,
             edge: &job.workpiece.edge,
@@ -326,6 +334,7 @@ impl Passes<'_> {
 
         self.watch.pass("motion");
         let bounds = job.workpiece.edge.bounds();
+        let job::Tool::mrf_wheel(wheel) = &job.tool;
         let request = motion::Request {
             standoff: job.tool.standoff(),
             azimuth: job.tool.azimuth(),
@@ -351,6 +360,15 @@ impl Passes<'_> {
         let program = verify::verify(draft, checked, &job, surface)?;
         self.planned.program = Some(program);
         Ok(())
+    }
+
+    /// What the job's measurements say: the error map on the part, and the influence function.
+    fn measure(&mut self, job: &Job) -> Result<(ErrorMap, InfluenceFunction), Vec<Problem>> {
+        self.watch.pass("metrology");
+        let error_map = metrology::error_map(&job.workpiece, self.files, self.said).map_err(one)?;
+        let job::Tool::mrf_wheel(wheel) = &job.tool;
+        let influence = InfluenceFunction::new(&wheel.influence, self.files, self.said).map_err(one)?;
+        Ok((error_map, influence))
     }
 }
 

@@ -10,7 +10,7 @@ use polishc::dwell::{
 };
 use polishc::height_map::Grid;
 use polishc::job::*;
-use polishc::path::{ToolPath, raster};
+use polishc::path::{self, Setting, ToolPath};
 use polishc::tool::InfluenceFunction;
 use polishc::units::si::*;
 
@@ -82,8 +82,18 @@ impl Run {
             lines: self.lines,
             chord_error: Length(1e-5),
             holes: None,
+            landing: None,
+            passes: None,
         };
-        raster::plan(&raster, &Plane {}, 1_000_000).expect("a path")
+        let setting = Setting {
+            edge: &self.edge,
+            clear: &self.clear,
+            surface: &Plane {},
+            most_points: 1_000_000,
+            line_points: usize::MAX,
+            measured: None,
+        };
+        path::plan(&Path::raster(raster), &setting).expect("a path")
     }
 
     fn task(&self) -> Task<'_> {
@@ -91,6 +101,7 @@ impl Run {
             path: self.path(),
             standing: Vec::new(),
             line_pitch: self.pitch,
+            passes: 1,
             error: &self.error,
             clear: &self.clear,
             edge: &self.edge,

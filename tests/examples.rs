@@ -195,6 +195,30 @@ fn curved_jobs_build_and_verify_on_both_targets() {
     }
 }
 
+/// Every path that is no raster, and two crossed passes of one.
+#[test]
+fn all_paths_build_and_verify_on_both_targets() {
+    let folder = fresh_folder("paths");
+    std::fs::create_dir_all(&folder).expect("a folder");
+    let map = folder.join("map.npy");
+    std::fs::write(&map, small_map()).expect("the map");
+    let set = format!("map={}", map.to_str().expect("UTF-8"));
+    for path in ["spiral", "rings", "hilbert", "pseudo_random", "crossed"] {
+        for language in ["rapid", "krl"] {
+            let name = format!("{path}_{language}");
+            let result =
+                build_and_verify_one("tests/curved/paths.polish", Some(&name), &folder.join(&name), &["--set", &set]);
+            let before = result["predicted"]["rms_before_nm"].as_f64().expect("a number");
+            let after = result["predicted"]["rms_nm"].as_f64().expect("a number");
+            println!(
+                "{name}: RMS {before} nm -> {after} nm in {}, landings {}",
+                result["dwell"]["total_s"], result["dwell"]["landings"]
+            );
+            assert!(after < 0.25 * before, "{name}: {before} {after}");
+        }
+    }
+}
+
 /// The sample of that name, or a line that says it is not there.
 fn sample(name: &str) -> Option<PathBuf> {
     let folder = std::env::var_os("POLISHC_SAMPLES").map_or_else(|| PathBuf::from("../shared/samples"), PathBuf::from);

@@ -381,6 +381,111 @@ fn contact_points_and_normals_are_those_of(form: &FormCase, case: &Case, target:
     assert!(left.is_empty(), "{name}: lines are missing");
 }
 
+/// The line that a strategy's points lie on: how far a place is from it, mm.
+type Curve = fn([f64; 2]) -> f64;
+
+/// r = 2 theta / 2 pi mm, met at 48 mm in the direction 25 deg; clockwise from outside, so seen outwards theta grows from +x
+/// towards +y.
+fn spiral([x, y]: [f64; 2]) -> f64 {
+    let (radius, angle) = (x.hypot(y), y.atan2(x) - 25f64.to_radians());
+    if radius < 0.01 {
+        // It ends at the centre, where there is no direction.
+        return radius;
+    }
+    let off = (radius - 2.0 * angle / TAU).rem_euclid(2.0);
+    off.min(2.0 - off)
+}
+
+/// Circles of 1, 3, 5 … mm, or on the way from one to the next: the direction 0 deg, over less than a step before it.
+fn rings([x, y]: [f64; 2]) -> f64 {
+    let off = (x.hypot(y) - 1.0).rem_euclid(2.0);
+    off.min(2.0 - off)
+}
+
+/// Through the middles of squares of 3 mm, or on a quarter circle about a corner of them.
+fn squares([x, y]: [f64; 2]) -> f64 {
+    let (sine, cosine) = 10f64.to_radians().sin_cos();
+    let [u, v] = [cosine * x + sine * y, cosine * y - sine * x].map(|c| c - 3.0 * (c / 3.0).round());
+    // Now about the nearest corner: the middles lie 1.5 mm away.
+    (1.5 - u.abs()).abs().min((1.5 - v.abs()).abs()).min((u.hypot(v) - 1.5).abs())
+}
+
+/// Every strategy: at every target of the text the tool meets the glass, upright, on the strategy's own curve.
+fn strategy_lies_on(path: &str, curve: Curve, form: &FormCase, target: &Target) {
+    let case = &CASES[0];
+    let name = format!("{path}, {}, {}", form.name, target.name);
+    let text = job_text(&case.frames, &[&[("form", form.text), ("path", path)][..], target.words].concat());
+    let done = compile_with(text, map(), form.files());
+    let text = program_text(&done.jobs[0]);
+    let replay = Replay::new(case, form, target, &text);
+    let mut worst = [0.0_f64; 3];
+    let mut broken: Option<[f64; 2]> = None;
+    for run in text.runs() {
+        let mut joints = run.start.map(f64::to_radians);
+        let place_of = |tool: &Frame| -> [f64; 2] { std::array::from_fn(|i| tool.at[i] + case.gap * tool.axis(2)[i]) };
+        let last = run.points.len() - 1;
+        for (i, point) in run.points.iter().enumerate() {
+            let what = format!("{name}, point {i}");
+            let next = replay.joints(&point.target, &joints);
+            let place = place_of(&replay.tool_in_part(&next));
+            // Its own place in x and y; height, normal and azimuth by the form.
+            let off = replay.stands(&next, place, 0.0, PLACE, &what);
+            worst = [worst[0].max(off[0]), worst[1].max(off[1]), worst[2].max(curve(place))];
+            assert_eq!(point.zone, if i == 0 || i == last { "fine" } else { target.passed }, "{what}");
+            if i == 0
+                && let Some(up) = broken
+            {
+                // A line that was broken goes on where it ended.
+                let off = (place[0] - up[0]).hypot(place[1] - up[1]);
+                assert!(off < 2.0 * PLACE || off > 2.0, "{what}: {off} mm from where the tool went up");
+            }
+            replay.joints_are_sound(&next, &joints, point, &what);
+            joints = next;
+            broken = Some(place);
+        }
+        let up = replay.joints(&run.retract, &joints);
+        replay.stands(&up, broken.expect("a point"), 40.0, PLACE, &format!("{name}, retract"));
+    }
+    println!(
+        "{name}: at most {:.4} um, {:.2e} deg off, {:.4} um beside the curve",
+        worst[0] * 1e3,
+        worst[1],
+        worst[2] * 1e3
+    );
+    assert!(worst[2] < PLACE, "{name}: {} mm beside the curve", worst[2]);
+}
+
+#[test]
+fn every_strategy_lies_on_its_curve() {
+    let area = "over: circle { diameter: 96 mm }";
+    let landing = "landing: landing { speed: 10 mm/s, reach: 2 mm, stand: 0.1 s }";
+    let strategies: [(String, Curve); 4] = [
+        (
+            format!(
+                "spiral {{ {area}, point_step: 1.5 mm, line_pitch: 2 mm, start: outside, hand: clockwise, direction: 25 deg, {landing} }}"
+            ),
+            spiral,
+        ),
+        (
+            format!(
+                "rings {{ {area}, point_step: 1.5 mm, line_pitch: 2 mm, start: inside, hand: clockwise, {landing} }}"
+            ),
+            rings,
+        ),
+        (format!("hilbert {{ {area}, point_step: 1.1 mm, line_pitch: 3 mm, direction: 10 deg, {landing} }}"), squares),
+        (
+            format!(
+                "pseudo_random {{ {area}, point_step: 1.1 mm, line_pitch: 3 mm, direction: 10 deg, seed: 1, {landing} }}"
+            ),
+            squares,
+        ),
+    ];
+    for (path, curve) in &strategies {
+        strategy_lies_on(path, *curve, &FORMS[1], &rapid());
+        strategy_lies_on(path, *curve, &FORMS[0], &krl());
+    }
+}
+
 #[test]
 fn a_plane_in_every_cell() {
     for target in [rapid(), krl(), Target { name: "KRL, linear moves", words: &KRL_LINEAR, ..krl() }] {

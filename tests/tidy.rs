@@ -20,7 +20,7 @@ const LAYERS: &[(&str, &[&str])] = &[
     ("workpiece", &["source", "units", "diagnostics", "job", "height_map"]),
     ("metrology", &["source", "units", "fourier", "diagnostics", "job", "height_map", "workpiece"]),
     ("tool", &["source", "units", "diagnostics", "job", "height_map", "workpiece", "metrology"]),
-    ("path", &["units", "diagnostics", "job", "workpiece"]),
+    ("path", &["units", "diagnostics", "job", "height_map", "workpiece", "metrology", "tool"]),
     ("dwell", &["units", "fourier", "diagnostics", "job", "height_map", "workpiece", "metrology", "tool", "path"]),
     (
         "forecast",

@@ -30,6 +30,10 @@ pub fn lines(result: &JobResult) -> Vec<String> {
 }
 
 fn tell_surface(result: &JobResult, say: &mut impl FnMut(&str, String)) {
+    if let Some(landings) = &result.dwell.landings {
+        let (count, depth) = (landings.count, short(landings.depth_nm));
+        say("landings", format!("{count} times down on the part or up from it, each removes {depth} nm at most"));
+    }
     let predicted = &result.predicted;
     if let Some(correctable) = &result.correctable {
         say(

@@ -247,7 +247,7 @@ mod tests {
     use super::super::prediction;
     use super::*;
     use crate::job::{Form, Side, Sphere};
-    use crate::path::{Line, Link, Points, ToolPath};
+    use crate::path::{Line, Link, ToolPath};
     use crate::source::MemoryFiles;
     use crate::units::si::Length;
     use crate::workpiece::form;
@@ -261,7 +261,7 @@ mod tests {
 
     /// Three lines of 20 mm along x, points 1 mm apart, about (x, y) on the surface.
     fn timed(surface: &dyn Surface, x: f64, y: f64) -> TimedPath {
-        let mut path = ToolPath { points: Points::default(), lines: Vec::new() };
+        let mut path = ToolPath::default();
         for line in 0..3 {
             let start = path.points.len();
             for i in 0..21 {

@@ -4,6 +4,7 @@
 //! with its reach, its volume and its width, which is all that the removal operators ask of a tool.
 
 use crate::tool::{Azimuth, InfluenceFunction, part_to_tool};
+use rayon::prelude::*;
 
 /// Removal rate around the contact point, in the axes of the part. Positive takes glass away.
 pub struct Footprint<'a> {
@@ -39,6 +40,17 @@ impl<'a> Footprint<'a> {
     /// Removal rate at `(dx, dy)` from the contact point, m/s.
     pub fn rate(&self, dx: f64, dy: f64) -> f64 {
         (self.rate)(dx, dy)
+    }
+
+    /// The greatest rate, m/s, on a grid of a sixteenth of a sigma about the contact point.
+    pub fn peak(&self) -> f64 {
+        let step = self.sigma / 16.0;
+        let half = (self.radius / step).ceil() as i64;
+        let at = |k: i64| k as f64 * step;
+        (-half..=half)
+            .into_par_iter()
+            .map(|row| (-half..=half).map(|column| self.rate(at(column), at(row))).fold(0.0, f64::max))
+            .reduce(|| 0.0, f64::max)
     }
 
     /// The part's x and y axis as the tool carries them along into the tangent plane over the outward unit normal

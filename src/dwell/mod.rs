@@ -28,4 +28,4 @@ pub use footprint::{Footprint, floor_depth};
 pub use outcome::{Figures, Outcome, predict};
 pub use plan::{Task, solve};
 pub use steps::{SpeedSteps, decimals_of};
-pub use timed::{Standing, TimedPath};
+pub use timed::{Standing, TimedPath, standing, written};

@@ -51,6 +51,11 @@ pub struct Figures {
     pub at_least: f64,
     /// Least distance of a standing tool from the part's edge.
     pub overrun: f64,
+    /// How often the tool comes down onto the part or leaves it, how long each of that counts as standing, and the depth that
+    /// one removes where the influence function is greatest.
+    pub landings: usize,
+    pub landing_time: f64,
+    pub landing_depth: f64,
     /// Steps of the solver, all rounds together.
     pub iterations: usize,
     /// Solves: one, and one more each time that the arm's acceleration asked for slower speeds.

@@ -26,8 +26,10 @@ pub struct Task<'a> {
     pub path: ToolPath,
     /// Where the tool stands on the glass beside its way along the lines, and what that removes whatever the speeds are.
     pub standing: Vec<Standing>,
-    /// Distance of neighbouring lines.
+    /// Distance of neighbouring lines of one pass.
     pub line_pitch: f64,
+    /// How often the path goes over its area.
+    pub passes: usize,
     /// Form error in the part frame, positive where glass stands too high; no NaN inside `clear`.
     pub error: &'a Grid,
     pub clear: &'a Aperture,
@@ -68,7 +70,7 @@ pub fn solve(task: Task, warnings: &mut Vec<Problem>) -> Result<Outcome, Problem
     // On a slope pixels and lines lie farther apart on the glass than across the axis.
     let steepest = steepest(task.surface, &field);
     check_resolution(&field, &footprint, task.line_pitch, steepest, warnings)?;
-    let floor = floor_depth(footprint.volume_rate, limits.greatest, task.line_pitch);
+    let floor = task.passes as f64 * floor_depth(footprint.volume_rate, limits.greatest, task.line_pitch);
     let fraction = dwell.removal_fraction;
     let base = check_base(&dwell.piston, fraction * field.greatest(), floor, &footprint, &limits)?;
 
@@ -83,6 +85,7 @@ pub fn solve(task: Task, warnings: &mut Vec<Problem>) -> Result<Outcome, Problem
     drop(samples);
     let asked: Vec<f64> = coarse.values.iter().map(|height| fraction * height).collect();
     // What a standing tool removes is fixed: the rest is asked of the segments.
+    let landing_time = task.standing.iter().map(|s| s.seconds).fold(0.0, f64::max);
     let (x, y): (Vec<f64>, Vec<f64>) =
         task.standing.iter().map(|s| (task.path.points.x[s.point], task.path.points.y[s.point])).unzip();
     let seconds: Vec<f64> = task.standing.iter().map(|s| s.seconds).collect();
@@ -161,6 +164,9 @@ pub fn solve(task: Task, warnings: &mut Vec<Problem>) -> Result<Outcome, Problem
         at_bounds,
         at_least,
         overrun: ends.least_overrun,
+        landings: ends.landings,
+        landing_time,
+        landing_depth: if ends.landings > 0 { landing_time * footprint.peak() } else { 0.0 },
         iterations,
         rounds,
         solver_rms,

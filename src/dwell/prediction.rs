@@ -264,14 +264,14 @@ mod tests {
     use super::super::footprint::examples::gaussian;
     use super::super::removal::{Samples, deposit};
     use super::*;
-    use crate::path::{Line, Link, Points, ToolPath};
+    use crate::path::{Line, Link, ToolPath};
 
     const SIGMA: f64 = 2e-3;
     const LIMITS: Limits = Limits { least: 1e-4, greatest: 0.1, acceleration: 0.5 };
 
     /// Three lines of 30 mm, askew, points 2 mm apart.
     fn path() -> ToolPath {
-        let mut path = ToolPath { points: Points::default(), lines: Vec::new() };
+        let mut path = ToolPath::default();
         for line in 0..3 {
             let start = path.points.len();
             for i in 0..16 {

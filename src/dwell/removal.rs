@@ -299,7 +299,7 @@ impl LinearOperator for Removal {
 mod tests {
     use super::super::footprint::examples::gaussian;
     use super::*;
-    use crate::path::{Line, Link, Points};
+    use crate::path::{Line, Link};
     use proptest::prelude::*;
 
     const SIGMA: f64 = 2e-3;
@@ -311,7 +311,7 @@ mod tests {
 
     /// Lines of a few bends, so that segments point everywhere.
     fn path(places: &[(f64, f64)]) -> ToolPath {
-        let mut path = ToolPath { points: Points::default(), lines: Vec::new() };
+        let mut path = ToolPath::default();
         for line in places.chunks(4) {
             let start = path.points.len();
             for (x, y) in line {

@@ -23,20 +23,40 @@ pub struct Standing {
     pub seconds: f64,
 }
 
+/// Where a path comes down onto the part and leaves it, and for how long that counts, by the model of
+/// [`path::landing`]; the tool moves there at a speed that can be written.
+pub fn standing(path: &ToolPath, acceleration: f64, steps: SpeedSteps) -> Vec<Standing> {
+    let Some(landing) = &path.landing else { return Vec::new() };
+    let seconds = path::landing::standing(landing, written(landing.speed.0, steps), acceleration);
+    path.stands().map(|point| Standing { point, seconds }).collect()
+}
+
+/// The greatest speed up to `speed` that can be written; slower than anything that can be: the least that can.
+pub fn written(speed: f64, steps: SpeedSteps) -> f64 {
+    match steps.down(speed) {
+        0.0 => steps.step(speed),
+        down => down,
+    }
+}
+
 impl TimedPath {
-    /// The path with full speed everywhere, and on the ways between lines on the surface what the arm reaches there.
+    /// The path with full speed everywhere, on the ways between lines on the surface what the arm reaches there, and on the
+    /// way down to where it lands the landing's.
     pub(super) fn new(path: ToolPath, standing: Vec<Standing>, limits: &Limits, steps: SpeedSteps) -> TimedPath {
-        let down = |speed: f64| match steps.down(speed) {
-            // Slower than anything that can be written: the least that can.
-            0.0 => steps.step(speed),
-            speed => speed,
-        };
+        let down = |speed: f64| written(speed, steps);
         let mut speed = vec![down(limits.greatest); path.points.len()];
         for pair in path.lines.windows(2) {
             if pair[0].link == Link::OnSurface {
                 // From rest to rest over the distance of two lines: half of it speeding up, half slowing down.
                 let reachable = (limits.acceleration * link_length(&path, &pair[0], &pair[1])).sqrt();
                 speed[pair[1].points.start] = down(limits.greatest.min(reachable));
+            }
+        }
+        if let Some(landing) = &path.landing {
+            for (i, line) in path.lines.iter().enumerate() {
+                if i == 0 || path.lines[i - 1].link == Link::Lifted {
+                    speed[line.points.start] = down(landing.speed.0);
+                }
             }
         }
         TimedPath { path, speed, standing }

@@ -5,12 +5,14 @@
 
 mod aperture;
 mod form;
+mod path;
 mod robot;
 mod target;
 mod uncertainty;
 
 pub use aperture::*;
 pub use form::*;
+pub use path::*;
 pub use robot::*;
 pub use target::*;
 pub use uncertainty::*;
@@ -264,53 +266,6 @@ pub enum Origin {
     /// The centre of the removed volume.
     centroid(Empty),
     pixel_at(PixelAt),
-}
-
-#[allow(non_camel_case_types, reason = "family members are spelt as in the job")]
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub enum Path {
-    raster(Raster),
-}
-
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Raster {
-    pub over: Aperture,
-    pub point_step: Length,
-    pub line_pitch: Length,
-    /// Direction of the first line, from +x towards +y of the part.
-    pub direction: Angle,
-    pub lines: Lines,
-    /// Most that the path may leave a curved surface between two points.
-    pub chord_error: Length,
-    /// What happens where the part has a hole. No default: a part with a hole needs it said.
-    pub holes: Option<Crossing>,
-}
-
-#[allow(non_camel_case_types, reason = "symbols are spelt as in the job")]
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Lines {
-    serpentine,
-    one_way,
-}
-
-#[allow(non_camel_case_types, reason = "family members are spelt as in the job")]
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub enum Crossing {
-    cross(Cross),
-}
-
-/// The tool goes on over the hole, on the surface continued.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Cross {
-    pub process: OnOff,
-}
-
-#[allow(non_camel_case_types, reason = "symbols are spelt as in the job")]
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum OnOff {
-    on,
 }
 
 #[allow(non_camel_case_types, reason = "family members are spelt as in the job")]

@@ -81,6 +81,11 @@ impl Room {
     pub const fn points(total: usize) -> Room {
         Room { total, point: 1, line: 0 }
     }
+
+    /// Most points of a line that fits.
+    pub fn line_points(self) -> usize {
+        self.total.saturating_sub(self.line) / self.point.max(1)
+    }
 }
 
 /// How the tool gets to a run's approach pose: from home before the first run, from the run before otherwise.
@@ -111,6 +116,9 @@ pub struct Run {
     /// Tool pose in the object frame above the last point, and its joints.
     pub retract: ToolPose,
     pub retract_joints: Joints,
+    /// Of the way up to `retract`, m/s, as the target can write it: the landing's where the path lands on the part, else the
+    /// travel speed.
+    pub retract_speed: f64,
 }
 
 /// Position (metres) and unit quaternion [w, x, y, z] of the tool frame in the object frame.

@@ -13,8 +13,9 @@ use super::runs::{Span, split};
 use super::{Checked, Motion, MotionFigures, Purpose, Request, Run, ToolPose, Travel};
 use super::{configuration, frames, joint_move, time};
 use crate::diagnostics::{Problem, codes};
-use crate::dwell::TimedPath;
+use crate::dwell::{TimedPath, written};
 use crate::job;
+use crate::path::Link;
 use crate::tool::Azimuth;
 use rayon::prelude::*;
 
@@ -36,6 +37,7 @@ const FARTHEST: f64 = 1e3;
 pub fn plan(timed: TimedPath, robot: &job::Robot, request: &Request) -> Result<Checked<Motion>, Problem> {
     let station = Station::new(robot)?;
     check_path(&timed, request)?;
+    check_landing(&timed, &station)?;
     let spans = split(&timed.path.lines, request.room)?;
     let timed = slowed(timed, &spans, &station, request)?;
     let lift = match request.purpose {
@@ -43,7 +45,12 @@ pub fn plan(timed: TimedPath, robot: &job::Robot, request: &Request) -> Result<C
         Purpose::DryRun => station.travel_height,
     };
     let (position, quaternion) = tool_poses(&timed, request.standoff + lift, request.azimuth)?;
+    let retract_speed = match (&timed.path.landing, request.purpose) {
+        (Some(landing), Purpose::Polish) => written(landing.speed.0, request.speed_steps),
+        _ => station.travel_speed,
+    };
     let planner = Planner {
+        retract_speed,
         follower: Follower::new(&station),
         glass: Glass::new(&timed.path.points, request.part, request.tool_radius, station.travel_height),
         station: &station,
@@ -113,13 +120,45 @@ fn check_path(timed: &TimedPath, request: &Request) -> Result<(), Problem> {
             "has a normal that is not of unit length"
         } else if !(timed.speed[i] > 0.0 && timed.speed[i].is_finite()) {
             "has a speed that is not above 0 mm/s"
-        } else if i > 0 && point == points.position(i - 1) {
+        } else if i > 0 && point == points.position(i - 1) && !starts_lifted(timed, i) {
             "lies in the same place as the point before"
         } else {
             continue;
         };
         let (at, line) = (in_millimetres(point), line_of(timed, i) + 1);
         return bad("path", format!("the point at {at} (line {line}) {fault}"));
+    }
+    Ok(())
+}
+
+/// Whether point `i` is the first after a lift: it may lie where the tool went up.
+fn starts_lifted(timed: &TimedPath, i: usize) -> bool {
+    let lines = &timed.path.lines;
+    let line = line_of(timed, i);
+    lines[line].points.start == i && line > 0 && lines[line - 1].link == Link::Lifted
+}
+
+/// Whether the cell can land as the dwell was planned with.
+fn check_landing(timed: &TimedPath, station: &Station) -> Result<(), Problem> {
+    let Some(landing) = &timed.path.landing else { return Ok(()) };
+    if landing.speed.0 > station.travel_speed {
+        let message = format!(
+            "the tool is to land at {:.3} mm/s, and the cell moves it at {:.3} mm/s at most when it is lifted",
+            landing.speed.0 * 1e3,
+            station.travel_speed * 1e3
+        );
+        return Err(Problem::error(codes::E0690, "path.landing.speed", message)
+            .note("a slower landing removes more than the dwell was solved with")
+            .help(format!("make `speed` at most {:.3} mm/s", station.travel_speed * 1e3)));
+    }
+    if landing.reach.0 >= station.travel_height {
+        let message = format!(
+            "the tool removes up to {:.3} mm above its place, and the cell lifts it by {:.3} mm only",
+            landing.reach.0 * 1e3,
+            station.travel_height * 1e3
+        );
+        return Err(Problem::error(codes::E0690, "path.landing.reach", message)
+            .help("raise `robot.cell.travel.height` above the `reach` of the landing"));
     }
     Ok(())
 }
@@ -223,6 +262,7 @@ struct Start {
 }
 
 struct Planner<'a> {
+    retract_speed: f64,
     station: &'a Station,
     timed: &'a TimedPath,
     follower: Follower<'a>,
@@ -286,6 +326,11 @@ impl Planner<'_> {
 
     /// Goes straight on from the run before, lifted.
     fn straight_on(&self, span: &Span, before: &Run, approach: &ToolPose) -> Result<(Start, Seen), Problem> {
+        // Where a line was broken the tool comes down where it went up: there is no way to go.
+        if before.retract == *approach {
+            let start = Start { branch: before.branch, joints: before.retract_joints, travel: Travel::Joint };
+            return Ok((start, Seen::NOTHING));
+        }
         let (from, to) = (before.retract.transform(), approach.transform());
         joint_move::check_straight(&self.glass, &from, &to).map_err(|near| {
             too_near(near, "robot.cell.travel.height", &format!("to the approach of line {}", span.lines.start + 1))
@@ -360,10 +405,12 @@ impl Planner<'_> {
         let retract = self.lifted(last);
         let retract_joints = self
             .follower
-            .straight(branch, (&self.poses.at(last), &end), &retract.transform(), self.station.travel_speed, &mut seen)
+            .straight(branch, (&self.poses.at(last), &end), &retract.transform(), self.retract_speed, &mut seen)
             .map_err(|broken| self.problem(broken, [points.position(last); 2], span.lines.end - 1, Stage::Retract))?;
         let (lines, points, approach) = (span.lines.clone(), span.points.clone(), *approach);
-        let run = Run { lines, points, travel, branch, approach, approach_joints, retract, retract_joints };
+        let retract_speed = self.retract_speed;
+        let run =
+            Run { lines, points, travel, branch, approach, approach_joints, retract, retract_joints, retract_speed };
         Ok((run, seen))
     }
 
@@ -442,7 +489,7 @@ impl Planner<'_> {
                 let i = self.timed.path.lines[line].points.start;
                 seconds += stopping(distance(&position[i - 1], &position[i]), speed[i]);
             }
-            seconds += stopping(self.station.travel_height, travel_speed);
+            seconds += stopping(self.station.travel_height, run.retract_speed);
             from = (run.retract_joints, Some(run.retract.position));
         }
         seconds + joint_move::seconds(self.station, &from.0, &self.station.home)

@@ -22,15 +22,16 @@ pub(super) fn split(lines: &[Line], room: Room) -> Result<Vec<Span>, Problem> {
     let size = |points: usize, lines: usize| points.saturating_mul(room.point).saturating_add(lines * room.line);
     for (i, line) in lines.iter().enumerate() {
         if size(line.points.len(), 1) > room.total {
-            let most = room.total.saturating_sub(room.line) / room.point.max(1);
+            let most = room.line_points();
             let message = format!(
                 "line {} of the path has {} points, one file of the program holds {most}",
                 i + 1,
                 line.points.len()
             );
             return Err(Problem::error(codes::E0804, "path.point_step", message).help(
-                "a run is never broken inside a line: take a larger `point_step`, or raise the limits of one file in \
-                 `target.controller` (`module_bytes`, `file_lines`) if the controller takes larger files",
+                "a line is broken only where the path says how the tool lands there: say `landing` in `path`, take a larger \
+                 `point_step`, or raise the limits of one file in `target.controller` (`module_bytes`, `file_lines`) if the \
+                 controller takes larger files",
             ));
         }
         match runs.last_mut() {

@@ -1,7 +1,11 @@
-//! Where lines start and end: the tool stands still there, so it must not stand over the glass.
+//! Where lines start and end: the tool stands still there, so it must not stand over the glass, unless the job says how it
+//! lands.
 //!
 //! In: a [`ToolPath`], the part's edge, how far the spot reaches and how fast the tool gets to speed. Out: how far the
 //! line ends lie beyond the edge, or a refusal that says by how much the path must grow.
+//!
+//! Where a path with a landing is lifted, what the standing tool removes is known, and part of the solved dwell. Where it
+//! goes on along the surface from line to line, it is not.
 
 use super::{Link, ToolPath};
 use crate::diagnostics::{Problem, codes};
@@ -10,15 +14,18 @@ use crate::job::Aperture;
 /// How the ends of the lines lie.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LineEnds {
-    /// Least distance of a line end, or of the way from one line to the next, beyond the part's edge, metres.
+    /// Least distance of a line end, or of the way from one line to the next, beyond the part's edge, metres; negative where
+    /// the tool lands on the part.
     pub least_overrun: f64,
     /// What every line would need so that the tool reaches full feed before its spot touches the part, metres: the
     /// spot's radius and `v²/2a`. Where the overrun is smaller, the solver reckons with the ramp.
     pub full_feed_overrun: f64,
+    /// How often the tool comes down or goes up where its spot touches the part.
+    pub landings: usize,
 }
 
 /// Checks that at both ends of every line, and on the way to the next line where the tool stays on the surface, the spot
-/// stands clear of the part.
+/// stands clear of the part; at the ends where it is lifted only if the path has no landing.
 ///
 /// # Errors
 ///
@@ -30,18 +37,29 @@ pub fn check(
     feed: f64,
     acceleration: f64,
 ) -> Result<LineEnds, Problem> {
-    let mut least = (f64::INFINITY, [0.0; 2]);
-    let mut look = |[x, y]: [f64; 2]| {
+    // The least, its place, and whether the tool is lifted there, so that it could land.
+    let mut least = (f64::INFINITY, [0.0; 2], false);
+    let (mut landed, mut landings) = (f64::INFINITY, 0);
+    let mut look = |[x, y]: [f64; 2], lifted: bool| {
         // The distance is that to the outer boundary: the hole of a ring is no place to stand either.
         let overrun = outside(edge, x, y);
         if overrun < least.0 {
-            least = (overrun, [x, y]);
+            least = (overrun, [x, y], lifted);
         }
     };
+    let mut lifted = true;
     for (i, line) in path.lines.iter().enumerate() {
         let [first, last] = [line.points.start, line.points.end - 1].map(|p| path.points.position(p));
-        look([first[0], first[1]]);
-        look([last[0], last[1]]);
+        let down = std::mem::replace(&mut lifted, line.link == Link::Lifted || i + 1 == path.lines.len());
+        for (place, lands) in [(first, down), (last, lifted)] {
+            if lands && path.landing.is_some() {
+                let overrun = outside(edge, place[0], place[1]);
+                landed = landed.min(overrun);
+                landings += usize::from(overrun < spot_radius);
+            } else {
+                look([place[0], place[1]], lands);
+            }
+        }
         if let (Link::OnSurface, Some(next)) = (line.link, path.lines.get(i + 1)) {
             let next = path.points.position(next.points.start);
             // Along the whole way, its middle included, at places no farther apart than a tenth of the spot's radius: between
@@ -50,11 +68,11 @@ pub fn check(
             let parts = ((5.0 * length / spot_radius).ceil() as usize).clamp(1, 1000) * 2;
             for k in 1..parts {
                 let t = k as f64 / parts as f64;
-                look([last[0] + t * (next[0] - last[0]), last[1] + t * (next[1] - last[1])]);
+                look([last[0] + t * (next[0] - last[0]), last[1] + t * (next[1] - last[1])], false);
             }
         }
     }
-    let (least_overrun, [x, y]) = least;
+    let (least_overrun, [x, y], lifted) = least;
     let full_feed_overrun = spot_radius + feed * feed / (2.0 * acceleration);
     if least_overrun < spot_radius {
         // Lines end at whole point steps, so that a little more room may not yet move their ends.
@@ -75,18 +93,27 @@ pub fn check(
             y * 1e3 + 0.0,
             spot_radius * 1e3
         );
+        let mut help = format!(
+            "let `over` reach {wider:.1} mm farther out on every side (that is, {:.1} mm more in diameter)",
+            2.0 * wider
+        );
+        // Far inside the part, as at the centre of a spiral, a larger area moves nothing.
+        let deep = least_overrun < -spot_radius;
+        let land = "say how the tool lands there: `landing: landing { speed: …, reach: …, stand: … }`";
+        if lifted {
+            help = if deep { land.to_string() } else { format!("{help}, or {land}") };
+        }
         return Err(Problem::error(codes::E0644, "path.over", message)
-            .note("a standing tool removes most of all; every line must start and end off the part")
-            .help(format!(
-                "let `over` reach {wider:.1} mm farther out on every side (that is, {:.1} mm more in diameter)",
-                2.0 * wider
-            )));
+            .note(
+                "a standing tool removes most of all; every line must start and end off the part, or say how it lands",
+            )
+            .help(help));
     }
-    Ok(LineEnds { least_overrun, full_feed_overrun })
+    Ok(LineEnds { least_overrun: least_overrun.min(landed), full_feed_overrun, landings })
 }
 
 /// Distance beyond the outer boundary, negative on the part and in its hole.
-fn outside(edge: &Aperture, x: f64, y: f64) -> f64 {
+pub(super) fn outside(edge: &Aperture, x: f64, y: f64) -> f64 {
     match edge {
         Aperture::annulus(a) => {
             let [cx, cy] = edge.centre();
@@ -99,9 +126,9 @@ fn outside(edge: &Aperture, x: f64, y: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::job::Circle;
+    use crate::job::{Circle, Landing};
     use crate::path::{Line, Points};
-    use crate::units::si::Length;
+    use crate::units::si::{Length, Speed, Time};
 
     /// One line along x from -`reach` to `reach` millimetres.
     fn line(reach: f64) -> ToolPath {
@@ -109,7 +136,7 @@ mod tests {
         for x in [-reach, 0.0, reach] {
             points.push([x * 1e-3, 0.0, 0.0], [0.0, 0.0, 1.0]);
         }
-        ToolPath { points, lines: vec![Line { points: 0..3, link: Link::OnSurface }] }
+        ToolPath { points, lines: vec![Line { points: 0..3, link: Link::OnSurface }], landing: None }
     }
 
     fn part() -> Aperture {
@@ -130,9 +157,10 @@ mod tests {
         assert_eq!(problem.code, codes::E0644);
         // 1 mm is missing, and a point step of 57 mm may have to be added before the ends move.
         assert!(problem.help.expect("a mend").contains("58.0 mm farther"));
-        // On the part, 10 mm inside its edge: 18 mm are missing, and a step of 40 mm.
+        // On the part, 10 mm inside its edge.
         let problem = check(&line(40.0), &part(), 8e-3, 0.1, 0.5).unwrap_err();
-        assert!(problem.help.as_deref().expect("a mend").contains("58.0 mm farther"));
+        // So deep inside that it can only land.
+        assert!(problem.help.as_deref().expect("a mend").starts_with("say how the tool lands there"));
         assert!(problem.message.contains("10.000 mm inside the edge"), "{}", problem.message);
     }
 
@@ -144,6 +172,21 @@ mod tests {
         path.lines.push(Line { points: 3..4, link: Link::OnSurface });
         assert_eq!(check(&path, &part(), 8e-3, 0.1, 0.5).unwrap_err().code, codes::E0644);
         // Lifted, the tool may pass over it.
+        path.lines[0].link = Link::Lifted;
+        assert!(check(&path, &part(), 8e-3, 0.1, 0.5).is_ok());
+    }
+
+    #[test]
+    fn a_path_that_says_how_it_lands_may_be_lifted_over_the_part() {
+        let mut path = line(40.0);
+        path.landing = Some(Landing { speed: Speed(0.01), reach: Length(1e-3), stand: Time(0.1) });
+        let ends = check(&path, &part(), 8e-3, 0.1, 0.5).expect("lands");
+        assert!((ends.least_overrun + 10e-3).abs() < 1e-15);
+        assert_eq!(ends.landings, 2);
+        // A second line joined along the surface still stands there for nobody knows how long.
+        path.points.push([-0.04, 0.01, 0.0], [0.0, 0.0, 1.0]);
+        path.lines.push(Line { points: 3..4, link: Link::OnSurface });
+        assert_eq!(check(&path, &part(), 8e-3, 0.1, 0.5).unwrap_err().code, codes::E0644);
         path.lines[0].link = Link::Lifted;
         assert!(check(&path, &part(), 8e-3, 0.1, 0.5).is_ok());
     }

@@ -1,23 +1,22 @@
 //! Raster: parallel straight lines over an aperture.
 //!
-//! In: the job's `raster`, the surface, and the most points that may be made. Out: a [`ToolPath`].
+//! In: the job's `raster`, the surface, and the most points that may be made. Out: the lines of one pass.
 //!
 //! The rule: in a frame turned by `direction` about the aperture's centre, lines lie at `v = v_0 + j * line_pitch` for
 //! j = 0, 1, … while they meet the aperture, `v_0` being its extreme across the lines; points lie on each line at whole
-//! multiples of `point_step` about the centre, so that the lattice is symmetric. The boundary belongs to the aperture.
+//! multiples of `point_step` about the centre, so that the lattice is symmetric. The boundary belongs to the aperture. A pass
+//! turns the frame, and moves all lines by its shift, to whole pitches from `v_0 + shift` that meet the aperture.
 //! Where an outline turns inwards, one line of the lattice gives several lines of the path, in order of travel.
 //!
 //! The lattice lies in the plane across the part's axis and is laid onto the surface along z. On a slope points and
 //! lines so lie farther apart, by one over the cosine of the slope in their direction; lengths, speeds and times are
 //! those on the surface.
 
-use super::{Line, Link, Points, ToolPath};
+use super::{Laid, Line, Link, Setting, Strategy};
 use crate::diagnostics::{Problem, codes};
-use crate::job::{Aperture, Lines, Place, Polygon, Raster};
+use crate::job::{Aperture, Crossing, Landing, Lines, Pass, Place, Polygon, Raster};
 use crate::units::si::Length;
 use crate::workpiece::aperture::BOUNDARY;
-use crate::workpiece::form::Surface;
-use crate::workpiece::where_it_ends;
 
 /// Points on a line of the lattice: the multiples of the step that they stand on.
 struct Stretch {
@@ -37,11 +36,15 @@ struct Lattice<'a> {
 }
 
 impl<'a> Lattice<'a> {
-    fn new(raster: &'a Raster) -> Lattice<'a> {
-        let (sin, cos) = libm::sincos(raster.direction.0);
+    fn new(raster: &'a Raster, pass: Pass) -> Lattice<'a> {
+        let (sin, cos) = libm::sincos(raster.direction.0 + pass.turn.0);
         let across = [-sin, cos];
         let [first, last] = raster.over.extent(across);
-        let lines = ((last - first + 2.0 * BOUNDARY) / raster.line_pitch.0).floor();
+        // Moved lines begin at the first whole pitch from there that meets the aperture.
+        let pitch = raster.line_pitch.0;
+        let shift = pass.shift.0 - (pass.shift.0 / pitch).floor() * pitch;
+        let first = first + shift;
+        let lines = ((last - first + 2.0 * BOUNDARY) / pitch).floor().max(0.0);
         Lattice {
             raster,
             over: grown(&raster.over),
@@ -91,58 +94,66 @@ fn grown(aperture: &Aperture) -> Aperture {
     aperture
 }
 
-/// Plans the raster on the surface. Fields are `path.…`.
-///
-/// # Errors
-///
-/// E0640: a number that is not positive. E0603: a point where the form does not exist. E0641: more points than
-/// `most_points`, said before any is made. E0642: `over` has a hole.
-pub fn plan(raster: &Raster, surface: &dyn Surface, most_points: u64) -> Result<ToolPath, Problem> {
-    for (name, value) in [("point_step", raster.point_step.0), ("line_pitch", raster.line_pitch.0)] {
-        if !(value > 0.0 && value.is_finite()) {
-            let message = format!("`{name}` is {} mm; it must be positive", value * 1e3);
-            return Err(Problem::error(codes::E0640, format!("path.{name}"), message));
+impl Strategy for Raster {
+    fn over(&self) -> &Aperture {
+        &self.over
+    }
+    fn line_pitch(&self) -> f64 {
+        self.line_pitch.0
+    }
+    fn chord_error(&self) -> f64 {
+        self.chord_error.0
+    }
+    fn holes(&self) -> Option<&Crossing> {
+        self.holes.as_ref()
+    }
+    fn landing(&self) -> Option<Landing> {
+        self.landing
+    }
+    fn passes(&self) -> &[Pass] {
+        self.passes.as_deref().unwrap_or_default()
+    }
+
+    /// # Errors
+    ///
+    /// E0640: a number that is not positive. E0641: more points than there may be, said before any is made. E0642: `over`
+    /// has a hole.
+    fn lay(&self, pass: Pass, setting: &Setting) -> Result<Laid, Problem> {
+        let raster = self;
+        super::positive(&[("point_step", raster.point_step.0), ("line_pitch", raster.line_pitch.0)])?;
+        if !raster.direction.0.is_finite() {
+            return Err(Problem::error(codes::E0640, "path.direction", "`direction` is not a finite angle"));
         }
-    }
-    if !raster.direction.0.is_finite() {
-        return Err(Problem::error(codes::E0640, "path.direction", "`direction` is not a finite angle"));
-    }
-    if raster.over.has_hole() {
-        let message = "the area of a raster has a hole, which a raster cannot leave out";
-        return Err(Problem::error(codes::E0642, "path.over", message).help(format!(
-            "write `over: circle {{ diameter: {:.6} mm }}`; what happens over the part's hole is said by `holes`",
-            raster.over.outer_radius() * 2e3
-        )));
-    }
-    if let Some(problem) = crate::workpiece::aperture::check(&raster.over, "path.over") {
-        return Err(problem);
-    }
-    let lattice = Lattice::new(raster);
-    let points = count(&lattice, most_points)?;
-    let mut path = ToolPath { points: Points::with_capacity(points), lines: Vec::new() };
-    let link = match raster.lines {
-        Lines::serpentine => Link::OnSurface,
-        Lines::one_way => Link::Lifted,
-    };
-    for (j, (v, mut stretches)) in lattice.iter().enumerate() {
-        let backwards = raster.lines == Lines::serpentine && j % 2 == 1;
-        if backwards {
-            stretches.reverse();
+        if raster.over.has_hole() {
+            let message = "the area of a raster has a hole, which a raster cannot leave out";
+            return Err(Problem::error(codes::E0642, "path.over", message).help(format!(
+                "write `over: circle {{ diameter: {:.6} mm }}`; what happens over the part's hole is said by `holes`",
+                raster.over.outer_radius() * 2e3
+            )));
         }
-        for Stretch { first, last } in stretches {
-            let start = path.points.len();
-            for i in 0..=last - first {
-                let multiple = if backwards { last - i } else { first + i };
-                let place = lattice.place(multiple as f64 * raster.point_step.0, v);
-                let Some(point) = surface.at(place[0], place[1]) else {
-                    return Err(where_it_ends(surface, raster.over.centre(), place, "path.over", "the path passes"));
-                };
-                path.points.push([place[0], place[1], point.sag], point.normal());
+        let lattice = Lattice::new(raster, pass);
+        let points = count(&lattice, setting.most_points)?;
+        let mut laid = Laid { places: Vec::with_capacity(points), lines: Vec::new() };
+        let link = match raster.lines {
+            Lines::serpentine => Link::OnSurface,
+            Lines::one_way => Link::Lifted,
+        };
+        for (j, (v, mut stretches)) in lattice.iter().enumerate() {
+            let backwards = raster.lines == Lines::serpentine && j % 2 == 1;
+            if backwards {
+                stretches.reverse();
             }
-            path.lines.push(Line { points: start..path.points.len(), link });
+            for Stretch { first, last } in stretches {
+                let start = laid.places.len();
+                for i in 0..=last - first {
+                    let multiple = if backwards { last - i } else { first + i };
+                    laid.places.push(lattice.place(multiple as f64 * raster.point_step.0, v));
+                }
+                laid.lines.push(Line { points: start..laid.places.len(), link });
+            }
         }
+        Ok(laid)
     }
-    Ok(path)
 }
 
 /// Points of the lattice, refused as soon as they exceed the limit.
@@ -174,8 +185,10 @@ fn count(lattice: &Lattice, most_points: u64) -> Result<usize, Problem> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::examples::{circle, plan_on_plane};
+    use super::super::{ToolPath, examples};
     use super::*;
-    use crate::job::{Annulus, Circle, Place, Plane, Rectangle};
+    use crate::job::{self, Annulus, Place, Rectangle};
     use crate::units::si::Angle;
 
     fn raster(over: Aperture, step_mm: f64, pitch_mm: f64, degrees: f64, lines: Lines) -> Raster {
@@ -187,15 +200,17 @@ mod tests {
             lines,
             chord_error: Length(1e-5),
             holes: None,
+            landing: None,
+            passes: None,
         }
     }
 
-    fn circle(diameter_mm: f64) -> Aperture {
-        Aperture::circle(Circle { diameter: Length(diameter_mm * 1e-3), centre: None })
+    fn plan(raster: &Raster, most_points: u64) -> Result<ToolPath, Problem> {
+        plan_on_plane(job::Path::raster(raster.clone()), most_points)
     }
 
     fn planned(raster: &Raster) -> ToolPath {
-        plan(raster, &Plane {}, 1_000_000).expect("a path")
+        plan(raster, 1_000_000).expect("a path")
     }
 
     #[test]
@@ -300,18 +315,17 @@ mod tests {
     #[test]
     fn too_many_points_are_refused_before_they_are_made() {
         for (step, pitch) in [(1e-6, 1e-6), (1e-300, 1.0), (1.0, 1e-300), (0.01, 0.01)] {
-            let problem =
-                plan(&raster(circle(380.0), step, pitch, 0.0, Lines::serpentine), &Plane {}, 100_000).unwrap_err();
+            let problem = plan(&raster(circle(380.0), step, pitch, 0.0, Lines::serpentine), 100_000).unwrap_err();
             assert_eq!(problem.code, codes::E0641, "{step} {pitch}");
         }
         let exact = raster(circle(10.0), 1.0, 1.0, 0.0, Lines::serpentine);
-        assert!(plan(&exact, &Plane {}, 81).is_ok());
-        assert_eq!(plan(&exact, &Plane {}, 80).unwrap_err().code, codes::E0641);
+        assert!(plan(&exact, 81).is_ok());
+        assert_eq!(plan(&exact, 80).unwrap_err().code, codes::E0641);
     }
 
     #[test]
     fn what_is_no_raster_is_refused() {
-        let code = |raster: &Raster| plan(raster, &Plane {}, 1000).unwrap_err().code;
+        let code = |raster: &Raster| plan(raster, 1000).unwrap_err().code;
         for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
             assert_eq!(code(&raster(circle(10.0), bad, 1.0, 0.0, Lines::serpentine)), codes::E0640);
             assert_eq!(code(&raster(circle(10.0), 1.0, bad, 0.0, Lines::serpentine)), codes::E0640);
@@ -320,5 +334,32 @@ mod tests {
         let ring =
             Aperture::annulus(Annulus { outer_diameter: Length(0.01), inner_diameter: Length(0.005), centre: None });
         assert_eq!(code(&raster(ring, 1.0, 1.0, 0.0, Lines::serpentine)), codes::E0642);
+    }
+
+    /// 10 x 6 in steps of 2 by lines of 1.5: 25 points on five lines at y = -3 .. 3. A second pass turned by 90 degrees and
+    /// moved by 0.5: lines at u = -5 + 0.5 + 1.5 j up to 4, seven, with points at y = -2, 0, 2; seen from its own frame v
+    /// runs along -x.
+    #[test]
+    fn passes_are_turned_and_moved_and_lifted_between() {
+        let over = Aperture::rectangle(Rectangle { x: Length(0.010), y: Length(0.006), centre: None });
+        let mut two = raster(over, 2.0, 1.5, 0.0, Lines::serpentine);
+        let pass = |degrees: f64, mm: f64| Pass { turn: Angle(degrees.to_radians()), shift: Length(mm * 1e-3) };
+        two.passes = Some(vec![pass(0.0, 0.0), pass(90.0, 0.5)]);
+        let path = planned(&two);
+        assert_eq!((path.points.len(), path.lines.len()), (25 + 21, 5 + 7));
+        let links: Vec<Link> = path.lines.iter().map(|line| line.link).collect();
+        assert_eq!(links[4], Link::Lifted);
+        assert!(links.iter().enumerate().all(|(i, link)| i == 4 || *link == Link::OnSurface));
+        for (j, line) in path.lines[5..].iter().enumerate() {
+            let x = 4.5e-3 - 1.5e-3 * j as f64;
+            assert!(line.points.clone().all(|i| (path.points.x[i] - x).abs() < 1e-15), "line {j}");
+        }
+        // A shift by a whole pitch, either way, changes nothing.
+        let moved = |mm: f64| {
+            let mut one = raster(examples::circle(10.0), 1.0, 1.0, 0.0, Lines::serpentine);
+            one.passes = Some(vec![pass(0.0, mm)]);
+            planned(&one).points.len()
+        };
+        assert_eq!((moved(0.0), moved(3.0), moved(-2.0)), (81, 81, 81));
     }
 }

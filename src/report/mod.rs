@@ -81,6 +81,20 @@ pub struct DwellResult {
     pub at_bounds: f64,
     /// Least distance of the standing tool from the part's edge at the ends of lines.
     pub overrun_mm: f64,
+    /// Where the tool comes down onto the part, or goes up from it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub landings: Option<LandingResult>,
+}
+
+/// What landing on the part does, taken into the solved dwell.
+#[derive(Clone, Debug, Serialize)]
+pub struct LandingResult {
+    /// How often the tool comes down or goes up where its spot touches the part.
+    pub count: usize,
+    /// How long each of them counts as standing.
+    pub standing_s: f64,
+    /// What one of them removes at most.
+    pub depth_nm: f64,
 }
 
 /// Figures over the clear aperture: RMS about the mean, PV; `before` is the map as placed, after `subtract`.
@@ -338,6 +352,11 @@ pub fn dwell(outcome: &Outcome) -> DwellResult {
         greatest_feed_mm_s: rounded(figures.greatest_speed * 1e3, 4),
         at_bounds: rounded(figures.at_bounds, 4),
         overrun_mm: rounded(figures.overrun * 1e3, 3),
+        landings: (figures.landings > 0).then(|| LandingResult {
+            count: figures.landings,
+            standing_s: rounded(figures.landing_time, 4),
+            depth_nm: rounded(figures.landing_depth * 1e9, 3),
+        }),
     }
 }
 

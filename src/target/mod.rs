@@ -44,6 +44,8 @@ pub struct Limits {
     pub most_points: u64,
     /// What one file is sure to hold, whatever its numbers: motion ends its runs there.
     pub room: Room,
+    /// Most points of one line of the path: it is never spread over two files, nor over two blocks of KRL.
+    pub line_points: usize,
     /// The speeds that can be written.
     pub speed_steps: SpeedSteps,
     pub segment_times: SegmentTimes,
@@ -55,9 +57,11 @@ pub fn limits(target: &Target) -> Limits {
     match target {
         Target::rapid(rapid) => {
             let controller = &rapid.controller;
+            let room = Room::points(rapid::points_per_module(rapid));
             Limits {
                 most_points: count(controller.most_points),
-                room: Room::points(rapid::points_per_module(rapid)),
+                room,
+                line_points: room.line_points(),
                 // The last decimal of a speed in mm/s.
                 speed_steps: SpeedSteps::Fixed(1e-3 / libm::pow(10.0, controller.speed_decimals as f64)),
                 segment_times: SegmentTimes {
@@ -69,9 +73,11 @@ pub fn limits(target: &Target) -> Limits {
         }
         Target::krl(krl) => {
             let controller = &krl.controller;
+            let room = krl::room(krl);
             Limits {
                 most_points: count(controller.most_points),
-                room: krl::room(krl),
+                room,
+                line_points: room.line_points().min(krl::points_per_block(krl)),
                 speed_steps: SpeedSteps::Digits(usize::try_from(controller.speed_digits).unwrap_or(0)),
                 segment_times: SegmentTimes {
                     controller: controller.name.clone(),

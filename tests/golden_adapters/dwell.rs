@@ -3,8 +3,8 @@
 use polishc::dwell::least_squares::{self, Base, LinearOperator, Stop, Wanted};
 use polishc::dwell::removal::{self, Removal, Samples, Window};
 use polishc::dwell::{Footprint, floor_depth};
-use polishc::job::{Aperture, Circle, Lines, Plane, Raster};
-use polishc::path::raster;
+use polishc::job::{Aperture, Circle, Lines, Path, Plane, Raster};
+use polishc::path::{self, Setting};
 use polishc::tool::InfluenceFunction;
 use polishc::units::si::{Angle, Length};
 use serde_json::{Value, json};
@@ -40,8 +40,19 @@ fn raster_count(input: &Value) -> Result<Value, String> {
         lines: Lines::serpentine,
         chord_error: Length(1e-5),
         holes: None,
+        landing: None,
+        passes: None,
     };
-    let path = raster::plan(&raster, &Plane {}, 10_000_000).map_err(|p| p.message)?;
+    let over = raster.over.clone();
+    let setting = Setting {
+        edge: &over,
+        clear: &over,
+        surface: &Plane {},
+        most_points: 10_000_000,
+        line_points: usize::MAX,
+        measured: None,
+    };
+    let path = path::plan(&Path::raster(raster), &setting).map_err(|p| p.message)?;
     Ok(json!({ "points": path.points.len(), "lines": path.lines.len() }))
 }
 

@@ -402,6 +402,9 @@ fn what_can_ruin_a_part_has_no_default() {
         ("robot_cell", "user"),
         ("robot_cell", "object"),
         ("rapid", "frames"),
+        ("landing", "speed"),
+        ("landing", "reach"),
+        ("landing", "stand"),
     ] {
         let id = vocabulary.find_schema(schema).unwrap_or_else(|| panic!("no schema {schema}"));
         let field = vocabulary.schema(id).field(field).unwrap_or_else(|| panic!("no field {schema}.{field}"));

@@ -55,7 +55,7 @@ fn the_job_is_in_si_and_whole() {
     // Said in the job's file: relative to its folder.
     assert_eq!(spot.file, "jobs/spots/12.dat");
     assert_eq!(spot.origin, Origin::pixel_at(PixelAt { column: 120.5, row: 64.0 }));
-    let Path::raster(raster) = &job.path;
+    let Path::raster(raster) = &job.path else { panic!("no raster") };
     near(raster.point_step.0, 0.004);
     near(raster.line_pitch.0, 0.0005);
     assert_eq!(raster.direction, Angle(0.0));
@@ -179,7 +179,7 @@ fn defaults_of(path: &str, fields: &[ShownField], into: &mut BTreeMap<String, St
 fn params_are_set_and_shown() {
     let compiled = flat(&[("pitch", "0.4mm"), ("map", "\"a map.dat\"")]);
     let job = compiled.jobs.first().unwrap_or_else(|| panic!("{:?}", said(&compiled)));
-    let Path::raster(raster) = &job.job.path;
+    let Path::raster(raster) = &job.job.path else { panic!("no raster") };
     near(raster.line_pitch.0, 0.0004);
     let FormError::height_map(map) = &job.job.workpiece.error;
     assert_eq!(map.file, "a map.dat");

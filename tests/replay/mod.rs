@@ -108,13 +108,7 @@ job trial {
         influence: gaussian { peak: 20 nm/s, sigma: 4 mm, diameter: 20 mm }
     }
 
-    path: raster {
-        over:       circle { diameter: 96 mm }
-        point_step: @step@
-        line_pitch: @pitch@
-        direction:  @direction@
-        lines:      @lines@
-    }
+    path: @path@
 
     dwell: corrective {
         removal_fraction: 90 %
@@ -129,6 +123,15 @@ job trial {
 }
 "#;
 
+/// The path of most tests, with words of its own.
+const RASTER: &str = "raster {
+        over:       circle { diameter: 96 mm }
+        point_step: @step@
+        line_pitch: @pitch@
+        direction:  @direction@
+        lines:      @lines@
+    }";
+
 /// The words of [`JOB`] that most tests leave alone.
 const USUAL: &[(&str, &str)] = &[
     ("form", "plane"),
@@ -139,6 +142,7 @@ const USUAL: &[(&str, &str)] = &[
     ("centre", "frame_centre"),
     ("gap", "1 mm"),
     ("azimuth", "0 deg"),
+    ("path", RASTER),
     ("step", "1 mm"),
     ("pitch", "1 mm"),
     ("direction", "0 deg"),
@@ -179,7 +183,8 @@ pub fn job_text(frames: &Frames, changes: &[(&str, &str)]) -> String {
     {
         words.insert(word, frame.text());
     }
-    words.iter().fold(JOB.to_string(), |text, (word, value)| text.replace(&format!("@{word}@"), value))
+    let job = JOB.replace("@path@", &words["path"]);
+    words.iter().fold(job, |text, (word, value)| text.replace(&format!("@{word}@"), value))
 }
 
 /// A NumPy array of `<f8`, version 1: what numpy.save writes, row 0 first. Values row by row from the picture's upper

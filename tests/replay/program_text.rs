@@ -56,6 +56,8 @@ pub struct RunText {
     pub start: [f64; 6],
     pub points: Vec<PathPoint>,
     pub retract: Pose,
+    /// Of the move up to it.
+    pub retract_speed: f64,
 }
 
 impl ProgramText {
@@ -100,7 +102,12 @@ impl ProgramText {
         for one in &self.moves {
             match one.clone() {
                 Move::Joint { joints } => {
-                    runs.push(RunText { start: joints, points: Vec::new(), retract: Pose::IDENTITY });
+                    runs.push(RunText {
+                        start: joints,
+                        points: Vec::new(),
+                        retract: Pose::IDENTITY,
+                        retract_speed: 0.0,
+                    });
                 }
                 Move::Straight { target, configuration, speed, zone } => {
                     let run = runs.last_mut().expect("a straight move comes after a joint move");
@@ -117,6 +124,7 @@ impl ProgramText {
             };
             let count = run.points.windows(2).position(lifted).expect("a run ends lifted") + 1;
             run.retract = run.points[count].target;
+            run.retract_speed = run.points[count].speed;
             run.points.truncate(count);
         }
         runs

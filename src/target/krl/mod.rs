@@ -258,6 +258,14 @@ pub fn room(krl: &Krl) -> Room {
     }
 }
 
+/// Most points of a line that is one block.
+pub fn points_per_block(krl: &Krl) -> usize {
+    match krl.motion {
+        LineMotion::spline(_) => limit(krl.controller.block_segments).saturating_add(1),
+        LineMotion::linear(_) => usize::MAX,
+    }
+}
+
 /// Runs gathered into sub-programs: as many as fit the limits of lines and bytes, in order.
 fn pack(setup: &Setup, runs: &[(Vec<u8>, usize)]) -> Result<Vec<Part>, Vec<Problem>> {
     let controller = &setup.krl.controller;

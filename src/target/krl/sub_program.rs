@@ -104,7 +104,7 @@ pub fn run(setup: &Setup, index: usize) -> Result<(Vec<u8>, usize), Problem> {
             out.extend_from_slice(b"ENDSPLINE\r\n");
         }
     }
-    move_to(setup, &mut out, Move::Straight, run.retract, retract_configuration, travel)
+    move_to(setup, &mut out, Move::Straight, run.retract, retract_configuration, run.retract_speed)
         .ok_or_else(|| bad("the retract point"))?;
     out.shrink_to_fit();
     let lines = out.iter().filter(|byte| **byte == b'\n').count();
@@ -149,9 +149,9 @@ fn check_block(setup: &Setup, line: usize, segments: usize, spline: bool) -> Res
     }
     let what = format!("line {} of the path has {segments} segments, and one `SPLINE` block takes {most}", line + 1);
     Err(Problem::error(E0908, "path.point_step", what)
-        .note("a block is never broken inside a line: the robot stops between blocks")
+        .note("the robot stops between blocks: a line is broken only where the path says how the tool lands there")
         .help(
-            "take a longer `point_step`, or raise `block_segments` of the controller if it was seen to plan longer blocks",
+            "say `landing` in `path`, take a longer `point_step`, or raise `block_segments` of the controller if it was seen to plan longer blocks",
         ))
 }
 

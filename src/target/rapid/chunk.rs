@@ -120,7 +120,7 @@ pub fn run(setup: &Setup, index: usize) -> Result<Vec<u8>, Problem> {
             line(&mut out, pose, motion.confdata[i], speed, zone).ok_or_else(|| point_problem(setup, i))?;
         }
     }
-    line(&mut out, run.retract, retract_confdata, travel, "fine").ok_or_else(|| bad("the retract point"))?;
+    line(&mut out, run.retract, retract_confdata, run.retract_speed, "fine").ok_or_else(|| bad("the retract point"))?;
     out.shrink_to_fit();
     Ok(out)
 }

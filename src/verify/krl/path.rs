@@ -411,6 +411,7 @@ impl SubProgram<'_> {
     fn speed(&self, planned: Planned, found: Option<f32>, report: &mut impl FnMut(Difference)) {
         let wanted = match planned {
             Planned::Point(i) => self.wanted.motion.timed.speed[i],
+            Planned::Retract(r) => self.wanted.motion.runs[r].retract_speed,
             _ => self.wanted.cell.travel.speed.0,
         };
         let Some(found) = found.map(f64::from) else {

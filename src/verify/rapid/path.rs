@@ -300,6 +300,9 @@ impl Chunk<'_> {
                 let good = self.pose(planned, target, &mut report);
                 (good, motion.timed.speed[i], self.zone(i))
             }
+            (Planned::Retract(r), ResolvedGoal::Linear(target)) => {
+                (self.pose(planned, target, &mut report), motion.runs[r].retract_speed, "fine")
+            }
             (_, ResolvedGoal::Linear(target)) => (self.pose(planned, target, &mut report), travel, "fine"),
         };
         if let ResolvedGoal::Linear(target) = &one.goal {
