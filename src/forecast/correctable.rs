@@ -22,9 +22,15 @@ use crate::fourier::{Convolution, good_length};
 /// of the ripple. (|t(f)| <= t(0) for the spectrum of anything that is nowhere negative.)
 pub const SHARE: f64 = 0.1;
 
-/// Powers of the transfer function at the stages. A power of n widens a Gaussian spot by the root of n: from sixteen spots to
-/// one; the last stage is the plain band.
-const STAGES: [i32; 6] = [256, 64, 16, 4, 1, 0];
+/// The transfer below which nobody follows a ripple. Taking off 10 nm there costs 1000 nm of glass, and a rate is known to 1 % at best:
+/// the error of that layer is as large as the ripple.
+const LEAST_SHARE: f64 = 0.01;
+
+/// Bands and powers of the transfer function at the stages. A power of n widens a Gaussian spot by the root of n: from sixteen spots
+/// to one; then the plain band. What is left after that is the finer part; the last two stages say how much of it a run that spares no
+/// glass might still follow.
+const STAGES: [(f64, i32); 6] = [(SHARE, 256), (SHARE, 64), (SHARE, 16), (SHARE, 4), (SHARE, 1), (SHARE, 0)];
+const LAST_STAGES: [(f64, i32); 2] = [(LEAST_SHARE, 1), (LEAST_SHARE, 0)];
 
 /// Steps a stage. Eight steps leave of the form less than 3e-4 of its RMS (measured on a strip of 190 mm by 16 mm and on discs of
 /// 44 spot widths), below what is asked here.
@@ -39,23 +45,27 @@ pub struct Correctable {
     pub rms: f64,
     /// RMS of the part that is finer than the tool.
     pub finer_rms: f64,
+    /// RMS of the part of it that no run follows, however much glass it takes.
+    pub least_rms: f64,
 }
 
 impl Correctable {
     pub fn of(field: &Field, footprint: &Footprint) -> Correctable {
         let whole = field.rms();
-        let finer_rms = left_by_band(field, footprint).min(whole);
+        let [finer_rms, least_rms] = left_by_bands(field, footprint).map(|left| left.min(whole));
         Correctable {
             period: Transfer::of(footprint).period(SHARE),
             rms: (whole * whole - finer_rms * finer_rms).max(0.0).sqrt(),
             finer_rms,
+            least_rms,
         }
     }
 
-    /// RMS of the least residual when the share `fraction` of the error is to be taken off. The two parts have no product: the
-    /// finer one is the residual of a fit by the other.
+    /// RMS of the least residual when the share `fraction` of the error is to be taken off. The parts that a run follows and does not
+    /// have no product: the second is the residual of a fit by the first.
     pub fn left(&self, fraction: f64) -> f64 {
-        libm::hypot((1.0 - fraction) * self.rms, self.finer_rms)
+        let followed = self.rms * self.rms + self.finer_rms * self.finer_rms - self.least_rms * self.least_rms;
+        libm::hypot((1.0 - fraction) * followed.max(0.0).sqrt(), self.least_rms)
     }
 }
 
@@ -125,29 +135,33 @@ impl Padded {
     }
 }
 
-/// RMS, about the mean, of what the tool's band does not follow.
-fn left_by_band(field: &Field, footprint: &Footprint) -> f64 {
-    // The band of a Gaussian ends at 2.9 sigma: six of these pixels. Averaging over a pixel lowers a ripple there by 5 %.
+/// RMS, about the mean, of what the tool's band does not follow, and of what the widest band does not.
+fn left_by_bands(field: &Field, footprint: &Footprint) -> [f64; 2] {
+    // The band of a Gaussian ends at 2.9 sigma, the widest at 2.1: six and four of these pixels. Averaging over a pixel lowers
+    // ripples there by 5 % and 9 %.
     let coarse = field.binned(footprint.sigma / 2.0);
     let padded = Padded::of(&coarse.window, footprint);
     let weights = padded.pad(&coarse.weights, &coarse.window);
     let mut left = padded.pad(&coarse.values, &coarse.window);
     let mut followed = vec![0.0; left.len()];
-    for power in STAGES {
-        take_mean(&mut left, &weights);
-        let shape = move |h: f64| if h < SHARE { 0.0 } else { libm::pow(h, f64::from(power)) };
-        fit(&mut padded.filter(shape), &weights, &mut left, &mut followed);
-    }
-    // On the map's own pixels, which may be finer.
-    let mut left: Vec<f64> = (0..field.values.len())
-        .map(|i| match field.weights[i] > 0.0 {
-            true => field.values[i] - padded.read(&followed, &coarse.window, field.window.position(i)),
-            false => 0.0,
-        })
-        .collect();
-    take_mean(&mut left, &field.weights);
-    let weight: f64 = field.weights.iter().sum();
-    (dot(&left, &left, Some(&field.weights)) / weight).sqrt()
+    let mut follow = |stages: &[(f64, i32)]| {
+        for &(share, power) in stages {
+            take_mean(&mut left, &weights);
+            let shape = move |h: f64| if h < share { 0.0 } else { libm::pow(h, f64::from(power)) };
+            fit(&mut padded.filter(shape), &weights, &mut left, &mut followed);
+        }
+        // On the map's own pixels, which may be finer.
+        let mut left: Vec<f64> = (0..field.values.len())
+            .map(|i| match field.weights[i] > 0.0 {
+                true => field.values[i] - padded.read(&followed, &coarse.window, field.window.position(i)),
+                false => 0.0,
+            })
+            .collect();
+        take_mean(&mut left, &field.weights);
+        let weight: f64 = field.weights.iter().sum();
+        (dot(&left, &left, Some(&field.weights)) / weight).sqrt()
+    };
+    [follow(&STAGES), follow(&LAST_STAGES)]
 }
 
 fn take_mean(values: &mut [f64], weights: &[f64]) {

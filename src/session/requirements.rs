@@ -44,7 +44,9 @@ impl Planned {
         let text = &requirement.text;
         let now = if_left(prospect.before_rms, prospect.before_pv);
         if now.met == Some(true) {
-            let value = now.value.map(|value| format!(" (it is {value})")).unwrap_or_default();
+            // A condition by a function has no value of its own but `true`.
+            let value = now.value.filter(|value| value != "true");
+            let value = value.map(|value| format!(" (it is {value})")).unwrap_or_default();
             return Some(
                 Diagnostic::warning(
                     code::W0735,
@@ -57,12 +59,12 @@ impl Planned {
         // A peak to valley has no bound that is known beforehand.
         let best = if_left(prospect.best_rms, 0.0);
         if about_rms && best.met == Some(false) && if_left(0.0, 0.0).met == Some(true) {
-            let value = best.value.unwrap_or_else(|| format!("{:.3} nm", prospect.best_rms * 1e9));
+            let value = prospect.best_rms * 1e9;
             return Some(
                 Diagnostic::warning(
                     code::W0734,
                     requirement.span,
-                    format!("`{text}` is less than the tool can be hoped to reach, which is about {value}"),
+                    format!("`{text}` is less than the tool can be hoped to reach, which is about {value:.3} nm RMS"),
                 )
                 .note(self.reasons_of_best())
                 .help("use a narrower spot, take off a larger part of the error, or ask for what can be had"),
@@ -102,7 +104,8 @@ impl Planned {
                         requirement.span,
                         format!("the job requires `{}`, and the plan gives {}", found.text, found.value),
                     );
-                    for reason in self.reasons(&requirement.results()) {
+                    let doubted = self.doubt(requirement).is_some();
+                    for reason in self.reasons(&requirement.results(), doubted) {
                         diagnostic = diagnostic.note(reason);
                     }
                     diagnostics.push(
@@ -123,7 +126,7 @@ impl Planned {
     }
 
     /// What limits the residual, where a requirement speaks of it.
-    fn reasons(&self, asked: &BTreeSet<&str>) -> Vec<String> {
+    fn reasons(&self, asked: &BTreeSet<&str>, doubted: bool) -> Vec<String> {
         let mut reasons = Vec::new();
         let of_surface = ROUGHLY.iter().any(|name| asked.contains(name)) || asked.contains("predicted.pv");
         let (Some(outcome), Some(prospect), true) = (&self.dwell, &self.prospect, of_surface) else { return reasons };
@@ -140,7 +143,10 @@ impl Planned {
                 parts.join(", ")
             ));
         }
-        reasons.push(self.reasons_of_best());
+        // Where that is the whole reason, the warning beside has said it.
+        if !doubted {
+            reasons.push(self.reasons_of_best());
+        }
         if outcome.figures.at_bounds > 0.1 {
             reasons.push(format!(
                 "{:.0} % of the moves over the clear aperture run at an end of the feed",
