@@ -67,6 +67,7 @@ fn task(example: &Example) -> Task<'_> {
         path: example.path.clone(),
         standing: Vec::new(),
         line_pitch: 0.5e-3,
+        passes: 1,
         error: &example.error,
         clear: &example.clear,
         edge: &example.edge,

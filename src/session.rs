@@ -32,7 +32,7 @@ use std::sync::Arc;
 
 /// Told when a pass begins.
 pub trait Watch {
-    /// `name` is the pass: `check`, `metrology`, `path`, `dwell`, `motion`, `target`, `verify`.
+    /// `name` is the pass: `check`, `metrology`, `path`, `forecast`, `dwell`, `motion`, `target`, `verify`.
     fn pass(&self, name: &'static str);
 }
 
@@ -287,7 +287,7 @@ impl Passes<'_> {
             None => self.measure(&job)?,
         };
 
-        self.watch.pass("dwell");
+        self.watch.pass("forecast");
         let job::Dwell::corrective(corrective) = &job.dwell;
         let speed_steps = limits.as_ref().map_or(FINEST_SPEEDS, |limits| limits.speed_steps);
         let task = dwell::Task {
@@ -306,10 +306,12 @@ impl Passes<'_> {
             speed_steps,
         };
         self.planned.prospect = forecast::prospect(&task, self.said);
+        self.watch.pass("dwell");
         let outcome = dwell::solve(task, self.said).map_err(one)?;
         let clear = &job.workpiece.clear;
         self.planned.stock = Some(forecast::stock(&outcome.removal, clear, &job.workpiece.form, surface));
         if let Some(uncertainty) = &job.uncertainty {
+            self.watch.pass("forecast");
             let mut footprint = dwell::Footprint::of(&influence, job.tool.azimuth());
             footprint.standoff = job.tool.standoff();
             let run = forecast::Run { outcome: &outcome, footprint: &footprint, surface, clear, dwell: corrective };

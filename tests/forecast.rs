@@ -83,6 +83,7 @@ impl Case {
             path: self.path(),
             standing: Vec::<Standing>::new(),
             line_pitch: 1e-3,
+            passes: 1,
             error: &self.error,
             clear: &self.clear,
             edge: &self.edge,

@@ -337,7 +337,17 @@ fn schemas_and_structs_agree_in_both_directions() {
     }
     assert_eq!(
         left,
-        ["result", "predicted_result", "removal_result", "dwell_result", "motion_result", "program_result"]
+        [
+            "result",
+            "predicted_result",
+            "removal_result",
+            "correctable_result",
+            "reach_result",
+            "stock_result",
+            "dwell_result",
+            "motion_result",
+            "program_result"
+        ]
     );
 }
 
