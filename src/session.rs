@@ -4,6 +4,7 @@
 //! was planned for each job. Nothing is written and no clock is read: [`Watch`] tells the caller which pass begins.
 
 pub mod allow;
+mod requirements;
 pub mod simulation;
 
 use crate::check;
@@ -18,7 +19,7 @@ use crate::job::{self, Job, Origins, Unchecked};
 use crate::metrology::{self, ErrorMap, SurfaceFigures};
 use crate::motion::{self, Checked, Motion, Purpose};
 use crate::path::{self, ToolPath};
-use crate::report::{self, Input, JobResult, Met};
+use crate::report::{self, Input, JobResult};
 use crate::source::{FileProvider, Sources, Span};
 use crate::syntax;
 use crate::syntax::ast::Allow;
@@ -32,7 +33,7 @@ use std::sync::Arc;
 
 /// Told when a pass begins.
 pub trait Watch {
-    /// `name` is the pass: `check`, `metrology`, `path`, `dwell`, `motion`, `target`, `verify`.
+    /// `name` is the pass: `check`, `metrology`, `path`, `forecast`, `dwell`, `motion`, `target`, `verify`.
     fn pass(&self, name: &'static str);
 }
 
@@ -178,14 +179,21 @@ pub fn compile(files: &dyn FileProvider, request: &Request, watch: &dyn Watch) -
             if let Err(problems) = passes.run() {
                 said.extend(problems);
             }
+            let whole_way = request.until == Until::Program && request.purpose == Purpose::Polish;
+            if whole_way && !said.iter().any(|problem| problem.severity == Severity::Error) {
+                said.extend(planned.required_nothing());
+            }
             let in_text = |problem| in_text(problem, &planned.origins, &done.sources);
-            let found: Vec<Diagnostic> = said.into_iter().map(in_text).collect();
+            let mut found: Vec<Diagnostic> = said.into_iter().map(in_text).collect();
+            if whole_way && !found.iter().any(|d| d.severity == Severity::Error) {
+                found.extend(planned.doubtful());
+            }
             let warnings = warnings(&found, &compiled.allows);
             let inputs = planned.inputs(files, &done.sources, &request.path);
             planned.summarise(request.purpose, &request.path, inputs, warnings);
             // A program for polishing must do what the job requires; a rehearsal, or a look at a form on the way, need not.
             let finished = !found.iter().any(|d| d.severity == Severity::Error);
-            if finished && request.until == Until::Program && request.purpose == Purpose::Polish {
+            if finished && whole_way {
                 done.diagnostics.extend(planned.unmet());
             }
             done.diagnostics.extend(found);
@@ -313,7 +321,7 @@ impl Passes<'_> {
         let near_edge = influence.check_places(&job.tool, &job.workpiece, places);
         self.said.extend(refuse(near_edge.into_iter().collect())?);
 
-        self.watch.pass("dwell");
+        self.watch.pass("forecast");
         let job::Dwell::corrective(corrective) = &job.dwell;
         let speed_steps = limits.as_ref().map_or(FINEST_SPEEDS, |limits| limits.speed_steps);
         let task = dwell::Task {
@@ -338,10 +346,12 @@ impl Passes<'_> {
             let rows = dwell::pareto(&task, &mut Vec::new()).map_err(one)?;
             self.planned.pareto = Some(report::pareto(&self.planned.name, &rows));
         }
+        self.watch.pass("dwell");
         let outcome = dwell::solve(task, self.said).map_err(one)?;
         let clear = &job.workpiece.clear;
         self.planned.stock = Some(forecast::stock(&outcome.removal, clear, &job.workpiece.form, surface));
         if let Some(uncertainty) = &job.uncertainty {
+            self.watch.pass("forecast");
             // What the shop does not know of the gain, several spots say.
             let spots = influence.spread.and_then(|spread| spread.volume);
             let uncertainty = job::Uncertainty { gain: uncertainty.gain.or(spots), ..uncertainty.clone() };
@@ -489,22 +499,6 @@ pub fn verify(done: &mut Compilation, program: &Program) {
     render::sort(&mut done.diagnostics);
 }
 
-/// What a job lacks of which a requirement speaks.
-fn missing(requirement: &str) -> String {
-    let figures = [
-        ("predicted.pvr", "zernike: fringe"),
-        ("slope_rms", "slope_length: 2 mm"),
-        ("band_rms", "band: 1 mm .. 10 mm"),
-    ];
-    match figures.iter().find(|(result, _)| requirement.contains(result)) {
-        Some((_, field)) => {
-            format!(
-                "say in the job how the figure is to be taken, as by `figures: {{ {field} }}`, or take the line out"
-            )
-        }
-        None => "give the job the `robot` and `target` that the result comes from, or take the line out".into(),
-    }
-}
 
 /// What to say of a program that was written for another purpose: the names of a dry run's files say so.
 fn other_purpose(program: &Program, wanted: Purpose) -> Option<&'static str> {
@@ -546,13 +540,28 @@ impl Planned {
         }
     }
 
+    /// The results that are known.
+    fn known(&self) -> BTreeMap<String, f64> {
+        let Some(path) = self.path() else { return BTreeMap::new() };
+        let mut results = match (&self.dwell, self.nothing()) {
+            (Some(outcome), _) => {
+                report::results(outcome, self.beside(), path, self.motion.as_deref(), self.program.as_deref())
+            }
+            (None, Some((error, region))) => report::results_of_nothing(error, region),
+            (None, None) => BTreeMap::new(),
+        };
+        if let Some([_, predicted]) = &self.figures {
+            results.extend(report::metrology::results(predicted));
+        }
+        results
+    }
+
     /// Puts together what is known.
     fn summarise(&mut self, purpose: Purpose, job_file: &str, inputs: Vec<Input>, warnings: Vec<String>) {
         let Some(path) = self.path() else { return };
         let program = self.program.as_deref();
-        let (mut results, dwell, predicted) = match (&self.dwell, self.nothing()) {
+        let (dwell, predicted) = match (&self.dwell, self.nothing()) {
             (Some(outcome), _) => (
-                report::results(outcome, self.beside(), path, self.motion.as_deref(), program),
                 Some(report::dwell(outcome)),
                 report::predicted(
                     outcome,
@@ -561,14 +570,10 @@ impl Planned {
                     purpose == Purpose::DryRun,
                 ),
             ),
-            (None, Some((error, region))) => {
-                (report::results_of_nothing(error, region), None, report::untouched(error))
-            }
+            (None, Some((error, _))) => (None, report::untouched(error)),
             (None, None) => return,
         };
-        if let Some([_, predicted]) = &self.figures {
-            results.extend(report::metrology::results(predicted));
-        }
+        let results = self.known();
         self.result = Some(JobResult {
             name: self.name.clone(),
             part: self.job.workpiece.part.clone(),
@@ -621,35 +626,7 @@ impl Planned {
             .filter_map(|path| Some(input(path, &files.read(path, height_map::MOST_BYTES).ok()?)));
         texts.map(|(_, name, text)| input(name, text.as_bytes())).chain(data).collect()
     }
-
-    /// Errors for the requirements that do not hold, or cannot be known.
-    fn unmet(&self) -> Vec<Diagnostic> {
-        // Requirements hold a program back; where there is nothing to polish there is none.
-        let Some(result) = self.result.as_ref().filter(|_| self.nothing().is_none()) else { return Vec::new() };
-        let mut diagnostics = Vec::new();
-        for (requirement, found) in self.requirements.iter().zip(&result.requirements) {
-            match found.met {
-                Met::Yes => {}
-                Met::No => diagnostics.push(
-                    Diagnostic::error(
-                        code::E1101,
-                        requirement.span,
-                        format!("the job requires `{}`, and the plan gives {}", found.text, found.value),
-                    )
-                    .help("change the plan, or the requirement if it asks for more than the part needs"),
-                ),
-                Met::Pending => diagnostics.push(
-                    Diagnostic::error(
-                        code::E1102,
-                        requirement.span,
-                        format!("the requirement `{}` speaks of a result that this job does not have", found.text),
-                    )
-                    .help(missing(&found.text)),
-                ),
-            }
-        }
-        diagnostics
-    }
+}
 }
 
 /// A file's name in a result: relative to the job's folder, the last part alone for a file elsewhere.

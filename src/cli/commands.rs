@@ -6,13 +6,13 @@ use super::arguments::{Arguments, Command, Common, Deny, Emit, For, MessageForma
 use super::disk::Disk;
 use super::output::{self, Output, RealFolder};
 use super::terminal::{BUG, Timings, WRONG_COMMAND, WRONG_INPUT, finish, say, show};
-use super::{doc, fmt, new, show as shown, simulate, sweep};
+use super::{doc, figures, fmt, new, show as shown, simulate, sweep};
 use crate::diagnostics::codes as code;
 use crate::diagnostics::{Code, Diagnostic};
 use crate::height_map;
 use crate::metrology;
 use crate::motion::Purpose;
-use crate::report::{self, Met, ResultFile};
+use crate::report::{self, ResultFile};
 use crate::session::{self, Compilation, Planned, Request, Until, Watch};
 use crate::source::Sources;
 use crate::target::Program;
@@ -125,6 +125,10 @@ fn check(common: &Common, file: &Path, set: &[String], until: Until) -> u8 {
     let status = if done.failed() { WRONG_INPUT } else { 0 };
     if status == 0 && !common.quiet && common.message_format != MessageFormat::Json {
         say(&format!("{}: good", file.display()));
+        for result in done.jobs.iter().filter_map(|planned| planned.result.as_ref()) {
+            say(&format!("{} ({})", result.name, result.part));
+            figures::lines(result).iter().for_each(|line| say(line));
+        }
     }
     finish(common, &timings, status)
 }
@@ -300,41 +304,7 @@ fn tell(planned: &Planned, folder: &Path, files: &[(String, Vec<u8>)]) {
         return;
     }
     say(&format!("  path       {} points on {} lines", result.path.points, result.path.lines));
-    if let Some(region) = &result.path.region {
-        say(&format!(
-            "  region     {:.1} % of the area, {:.2} % of it within a hexagon of the path, {} at most away",
-            1e2 * region.area_share,
-            1e2 * region.coverage,
-            format_args!("{:.1} mm", region.farthest_mm)
-        ));
-    }
-    if result.purpose == "dry_run" {
-        say("  dry run    lifted along the normals, slow, process off: it removes nothing");
-    } else {
-        if let Some(landings) = result.dwell.as_ref().and_then(|dwell| dwell.landings.as_ref()) {
-            say(&format!(
-                "  landings   {} times down on the part or up from it, each removes {} nm at most",
-                landings.count,
-                short(landings.depth_nm)
-            ));
-        }
-        let predicted = &result.predicted;
-        say(&format!(
-            "  predicted  RMS {} -> {} nm, PV {} -> {} nm, {} nm removed in the mean",
-            short(predicted.rms_before_nm),
-            short(predicted.rms_nm),
-            short(predicted.pv_before_nm),
-            short(predicted.pv_nm),
-            short(predicted.removal_mean_nm)
-        ));
-    }
-    if let Some(motion) = &result.motion {
-        say(&format!(
-            "  motion     {}, every joint at least {:.1} deg inside its range (kinematic estimate)",
-            hours(motion.time_s),
-            motion.joint_margin_deg
-        ));
-    }
+    figures::lines(result).iter().for_each(|line| say(line));
     if let Some(pareto) = &planned.pareto {
         say("  to be had      time       RMS        PV     layer");
         for row in &pareto.rows {
@@ -347,41 +317,11 @@ fn tell(planned: &Planned, folder: &Path, files: &[(String, Vec<u8>)]) {
             ));
         }
     }
-    for requirement in &result.requirements {
-        let word = match requirement.met {
-            Met::Yes => "met",
-            Met::No => "not met",
-            Met::Pending => "pending",
-        };
-        say(&format!("  {word:<9}  {} (is {})", requirement.text, requirement.value));
-    }
     if result.programs.is_empty() && files.iter().any(|(name, _)| name == "result.json") {
         say("  no program: the job names no robot and target");
     }
     if !result.programs.is_empty() {
         say(&format!("  unchecked  {}; {}", result.unchecked.join(", "), result.note));
-    }
-}
-
-/// A figure with about three digits, so that a small one is not told as 0.0.
-pub fn short(value: f64) -> String {
-    let size = value.abs();
-    let decimals = if size >= 100.0 {
-        0
-    } else if size >= 1.0 {
-        1
-    } else {
-        3
-    };
-    format!("{value:.decimals$}")
-}
-
-pub fn hours(seconds: f64) -> String {
-    let minutes = (seconds / 60.0).round() as u64;
-    if minutes >= 60 {
-        format!("{} h {} min", minutes / 60, minutes % 60)
-    } else {
-        format!("{:.1} min", seconds / 60.0)
     }
 }
 

@@ -4,6 +4,7 @@ mod arguments;
 mod commands;
 mod disk;
 mod doc;
+mod figures;
 mod fmt;
 mod new;
 pub mod output;

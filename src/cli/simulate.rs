@@ -2,7 +2,8 @@
 #![allow(clippy::disallowed_methods, reason = "cli is where the disk is")]
 
 use super::arguments::{Common, LogFrame, MessageFormat};
-use super::commands::{hours, last_name, read_program, short};
+use super::commands::{last_name, read_program};
+use super::figures::{hours, short};
 use super::disk::Disk;
 use super::output::{self, Output, RealFolder};
 use super::terminal::{Timings, WRONG_INPUT, finish, say, show};

@@ -61,6 +61,7 @@ pub fn sweep(common: &Common, request: &Request, over: &[String]) -> u8 {
         table.rows.iter().for_each(|row| say(&table.to_json(row)));
     } else {
         say(table.text().trim_end());
+        table.not_met().iter().chain(&table.without_effect()).for_each(|line| say(line));
     }
     finish(common, &timings, if failed { WRONG_INPUT } else { 0 })
 }
@@ -242,6 +243,44 @@ impl Table {
             out.push('\n');
         }
         out
+    }
+
+    /// A line for each requirement that is not met somewhere: with which values, and what it came to there.
+    fn not_met(&self) -> Vec<String> {
+        let mut failures: Vec<(&str, Vec<String>)> = Vec::new();
+        for row in &self.rows {
+            let Ok(result) = &row.outcome else { continue };
+            for requirement in result.requirements.iter().filter(|requirement| requirement.met == Met::No) {
+                let place = format!("{} ({})", row.values.join(" "), requirement.value);
+                match failures.iter_mut().find(|(text, _)| *text == requirement.text) {
+                    Some((_, places)) => places.push(place),
+                    None => failures.push((&requirement.text, vec![place])),
+                }
+            }
+        }
+        failures.into_iter().map(|(text, places)| format!("not met: {text} with {}", places.join(", "))).collect()
+    }
+
+    /// A line for each param of which every value gives the same plan.
+    fn without_effect(&self) -> Vec<String> {
+        let same = |param: usize| {
+            let mut groups: BTreeMap<(Vec<&String>, &str), BTreeSet<String>> = BTreeMap::new();
+            let (mut rows, mut values) = (0, BTreeSet::new());
+            for row in &self.rows {
+                let Ok(result) = &row.outcome else { return false };
+                let others =
+                    row.values.iter().enumerate().filter(|(i, _)| *i != param).map(|(_, value)| value).collect();
+                let plan = json!([result.path, result.dwell, result.predicted, result.motion, result.programs]);
+                groups.entry((others, &result.name)).or_default().insert(plan.to_string());
+                values.insert(&row.values[param]);
+                rows += 1;
+            }
+            rows > 0 && values.len() > 1 && groups.values().all(|plans| plans.len() == 1)
+        };
+        (0..self.params.len())
+            .filter(|&param| same(param))
+            .map(|param| format!("`{}` changes nothing: every value gives the same plan", self.params[param]))
+            .collect()
     }
 
     fn to_json(&self, row: &Row) -> String {

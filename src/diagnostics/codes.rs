@@ -2,7 +2,8 @@
 //! an example that causes it, and the mend. `polishc explain E0101` prints the page.
 //!
 //! Ranges: 01 syntax · 02 names · 03 types and dimensions · 04 fields, ranges, values · 05 files and metrology ·
-//! 06 workpiece, tool, path · 07 dwell · 08 motion · 09 target · 10 verify · 11 requirements · 12 command line · 13 simulate.
+//! 06 workpiece, tool, path · 07 dwell, forecast · 08 motion · 09 target · 10 verify · 11 requirements · 12 command line ·
+//! 13 simulate.
 //! Warnings are `W` with the same ranges.
 
 use std::fmt;

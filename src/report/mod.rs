@@ -287,6 +287,7 @@ pub fn results(
         ("predicted.removal.range".into(), removal.pv),
         ("dwell.time".into(), figures.time),
         ("dwell.base".into(), figures.base),
+        ("dwell.floor".into(), figures.floor),
         ("program.points".into(), path.points.len() as f64),
     ]);
     results.extend(path.region.iter().flat_map(region::results));

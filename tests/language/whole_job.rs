@@ -139,10 +139,10 @@ fn requirements_wait_for_results_and_use_the_units_of_their_line() {
     assert_eq!(requirements[0].text, "result.predicted.rms <= 1 wave / 60");
     assert_eq!(requirements[0].evaluate(&BTreeMap::new()).met, None);
     let mut results: BTreeMap<String, f64> = BTreeMap::new();
-    // 632.8 nm / 60 = 10.547 nm: 10.5 nm is good, 10.6 nm is not. 6.328 nm is 0.01 wave.
+    // 632.8 nm / 60 = 10.547 nm: 10.5 nm is good, 10.6 nm is not. 6.328 nm is a hundredth of a wave.
     results.insert("predicted.rms".into(), 6.328e-9);
     let outcome = requirements[0].evaluate(&results);
-    assert_eq!((outcome.value.as_deref(), outcome.met), (Some("0.01 wave"), Some(true)));
+    assert_eq!((outcome.value.as_deref(), outcome.met), (Some("1 wave / 100"), Some(true)));
     results.insert("predicted.rms".into(), 10.6e-9);
     assert_eq!(requirements[0].evaluate(&results).met, Some(false));
     results.insert("motion.time".into(), 5400.0);
