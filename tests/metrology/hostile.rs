@@ -158,6 +158,14 @@ fn hdf5_loops_end() {
     assert!(tried > 1000);
 }
 
+/// Nothing outside the file is read, whatever it says of itself: `fringes.datx` and `make.py` stand beside these.
+#[test]
+fn hdf5_does_not_leave_its_file() {
+    refused(&made("in_another_file.datx"), "E0513", "without heights");
+    refused(&made("in_itself.datx"), "E0513", "without heights");
+    refused(&made("raw_in_another_file.datx"), "E0518", "damaged HDF5");
+}
+
 /// Headers that say more than is there, in every format: refused before anything of that size is allocated.
 #[test]
 fn lying_dimensions_are_refused_before_memory_is_asked_for() {
