@@ -298,6 +298,10 @@ impl Passes<'_> {
         };
         self.planned.prospect = forecast::prospect(&task, self.said);
         let outcome = dwell::solve(task, self.said).map_err(one)?;
+        if limits.is_some() {
+            let path = &outcome.timed.path;
+            self.said.extend(path::ends::check_last(path, &job.workpiece.edge, influence.radius()));
+        }
         let clear = &job.workpiece.clear;
         self.planned.stock = Some(forecast::stock(&outcome.removal, clear, &job.workpiece.form, surface));
         if let Some(uncertainty) = &job.uncertainty {
