@@ -348,6 +348,10 @@ impl Passes<'_> {
         }
         self.watch.pass("dwell");
         let outcome = dwell::solve(task, self.said).map_err(one)?;
+        if limits.is_some() {
+            let path = &outcome.timed.path;
+            self.said.extend(path::ends::check_last(path, &job.workpiece.edge, influence.radius()));
+        }
         let clear = &job.workpiece.clear;
         self.planned.stock = Some(forecast::stock(&outcome.removal, clear, &job.workpiece.form, surface));
         if let Some(uncertainty) = &job.uncertainty {
@@ -626,7 +630,6 @@ impl Planned {
             .filter_map(|path| Some(input(path, &files.read(path, height_map::MOST_BYTES).ok()?)));
         texts.map(|(_, name, text)| input(name, text.as_bytes())).chain(data).collect()
     }
-}
 }
 
 /// A file's name in a result: relative to the job's folder, the last part alone for a file elsewhere.
