@@ -19,7 +19,7 @@ use crate::job::{self, Job, Origins, Unchecked};
 use crate::metrology::{self, ErrorMap, SurfaceFigures};
 use crate::motion::{self, Checked, Motion, Purpose};
 use crate::path::{self, ToolPath};
-use crate::report::{self, Input, JobResult};
+use crate::report::{self, Input, JobResult, Met};
 use crate::source::{FileProvider, Sources, Span};
 use crate::syntax;
 use crate::syntax::ast::Allow;
@@ -132,8 +132,8 @@ pub struct Planned {
     pub stock: Option<Stock>,
     /// What will come of the run, if the job states how well it knows what it was planned from.
     pub expected: Option<Expected>,
-    /// How well measured spots agree.
-    pub spread: Option<tool::Spread>,
+    /// What the tool removes where.
+    pub influence: Option<InfluenceField>,
     /// What the expectation reckons with: the job's, and of the gain, where the job says nothing, what several spots say.
     uncertainty: Option<job::Uncertainty>,
     pub motion: Option<Checked<Motion>>,
@@ -167,7 +167,7 @@ pub fn compile(files: &dyn FileProvider, request: &Request, watch: &dyn Watch) -
             prospect: None,
             stock: None,
             expected: None,
-            spread: None,
+            influence: None,
             uncertainty: None,
             motion: None,
             program: None,
@@ -339,7 +339,6 @@ impl Passes<'_> {
             dwell: corrective,
             speed_steps,
         };
-        self.planned.spread = influence.spread;
         self.planned.prospect = forecast::prospect(&task, self.said);
         if self.request.pareto {
             // What it warns of, the solve says again.
@@ -381,6 +380,7 @@ impl Passes<'_> {
         }
         self.planned.dwell = Some(outcome);
         self.planned.error_map = Some(error_map);
+        self.planned.influence = Some(influence);
         let (Some(robot), Some(limits)) = (&job.robot, &limits) else { return Ok(()) };
         if until == Until::Dwell {
             return Ok(());
@@ -503,7 +503,6 @@ pub fn verify(done: &mut Compilation, program: &Program) {
     render::sort(&mut done.diagnostics);
 }
 
-
 /// What to say of a program that was written for another purpose: the names of a dry run's files say so.
 fn other_purpose(program: &Program, wanted: Purpose) -> Option<&'static str> {
     let dry = program.files.iter().any(|file| file.name.to_lowercase().contains("_dry"));
@@ -599,7 +598,7 @@ impl Planned {
             correctable: self.prospect.as_ref().map(report::correctable),
             reach: self.prospect.as_ref().map(report::reach),
             stock: self.stock.as_ref().map(report::stock),
-            spots: self.spread.map(report::spots),
+            spots: self.influence.as_ref().and_then(|influence| influence.spread).map(report::spots),
             motion: self.motion.as_deref().map(report::motion),
             inputs,
             requirements: self.requirements.iter().map(|r| report::requirement(r, &results)).collect(),

@@ -13,7 +13,9 @@ pub fn lines(result: &JobResult) -> Vec<String> {
         let farthest = region.farthest_mm;
         say(
             "region",
-            format!("{area:.1} % of the area, {coverage:.2} % of it within a hexagon of the path, {farthest:.1} mm at most away"),
+            format!(
+                "{area:.1} % of the area, {coverage:.2} % of it within a hexagon of the path, {farthest:.1} mm at most away"
+            ),
         );
     }
     if result.purpose == "dry_run" {

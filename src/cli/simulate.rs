@@ -3,8 +3,8 @@
 
 use super::arguments::{Common, LogFrame, MessageFormat};
 use super::commands::{last_name, read_program};
-use super::figures::{hours, short};
 use super::disk::Disk;
+use super::figures::{hours, short};
 use super::output::{self, Output, RealFolder};
 use super::terminal::{Timings, WRONG_INPUT, finish, say, show};
 use crate::diagnostics::{Diagnostic, codes as code};
@@ -88,18 +88,18 @@ fn run(
         };
         let name = last_name(path);
         let frame = frame.map(|LogFrame::Part| Frame::Part);
-        let mut found = simulation::simulate(done, disk, &Of::Run { name: &name, bytes: &bytes, frame })?;
+        let mut found = simulation::simulate(done, &Of::Run { name: &name, bytes: &bytes, frame })?;
         found.result.files.push(hash(name, &bytes));
         return Some(found);
     }
     if programs.is_empty() {
-        return simulation::simulate(done, disk, &Of::Job);
+        return simulation::simulate(done, &Of::Job);
     }
     let program = read_program(programs, done);
     if done.failed() {
         return None;
     }
-    let mut found = simulation::simulate(done, disk, &Of::Program(&program))?;
+    let mut found = simulation::simulate(done, &Of::Program(&program))?;
     found.result.files.extend(program.files.iter().map(|file| hash(file.name.clone(), &file.bytes)));
     Some(found)
 }

@@ -76,7 +76,7 @@ pub fn ripple(
     // A stable sort: of equals the first.
     places.sort_by(|a, b| b.1.total_cmp(&a.1));
     places.truncate(PATCHES);
-    let limits = Limits { least: 0.0, greatest: f64::INFINITY, acceleration };
+    let limits = Limits::of_arm(acceleration);
     let found: Vec<Ripple> = places
         .par_iter()
         .filter_map(|(place, _)| {

@@ -35,6 +35,11 @@ pub struct Limits {
 }
 
 impl Limits {
+    /// Of an arm alone, in m/s²: no feed is too slow or too fast.
+    pub fn of_arm(acceleration: f64) -> Limits {
+        Limits { least: 0.0, greatest: f64::INFINITY, acceleration, lateral: f64::INFINITY }
+    }
+
     /// Of the job. What is not said of the way across holds as along it: an arm does not know the direction of the path.
     pub fn of(dwell: &Corrective) -> Limits {
         let acceleration = dwell.acceleration.0;

@@ -12,9 +12,7 @@ use crate::simulate::as_run::{AsRun, At};
 use crate::simulate::contact::Contact;
 use crate::simulate::log::{self, Frame};
 use crate::simulate::{self, Difference, SAME, Scene};
-use crate::source::FileProvider;
 use crate::target::Program;
-use crate::tool::InfluenceFunction;
 use crate::verify;
 
 /// What is to be simulated.
@@ -35,10 +33,10 @@ pub struct Simulation {
 
 /// Simulates the first job of `done`, which must have been compiled to its motion, or to dwell where it has no robot.
 /// `None` if something is wrong; `done` then says what.
-pub fn simulate(done: &mut Compilation, files: &dyn FileProvider, of: &Of) -> Option<Simulation> {
+pub fn simulate(done: &mut Compilation, of: &Of) -> Option<Simulation> {
     let planned = done.jobs.first()?;
     let mut said = Vec::new();
-    let simulation = match simulation(planned, files, of, &mut said) {
+    let simulation = match simulation(planned, of, &mut said) {
         Ok(simulation) => Some(simulation),
         Err(problems) => {
             said.extend(problems);
@@ -60,29 +58,20 @@ pub fn simulate(done: &mut Compilation, files: &dyn FileProvider, of: &Of) -> Op
     })
 }
 
-fn simulation(
-    planned: &Planned,
-    files: &dyn FileProvider,
-    of: &Of,
-    said: &mut Vec<Problem>,
-) -> Result<Simulation, Vec<Problem>> {
-    let (Some(plan), Some(map), Some(surface), Some(timed)) =
-        (&planned.dwell, &planned.error_map, &planned.surface, planned.timed())
+fn simulation(planned: &Planned, of: &Of, said: &mut Vec<Problem>) -> Result<Simulation, Vec<Problem>> {
+    let (Some(plan), Some(map), Some(influence), Some(surface), Some(timed)) =
+        (&planned.dwell, &planned.error_map, &planned.influence, &planned.surface, planned.timed())
     else {
         return Err(Vec::new());
     };
     let job = &planned.job;
-    let job::Tool::mrf_wheel(wheel) = &job.tool;
-    // What is odd about the spot the plan has already said.
-    let influence = InfluenceFunction::new(&wheel.influence, files, &mut Vec::new()).map_err(|p| vec![p])?;
     let job::Dwell::corrective(dwell) = &job.dwell;
     let strategy = job.path.strategy();
     let scene = Scene {
         workpiece: &job.workpiece,
         surface: &**surface,
         error: &map.grid,
-        influence: &influence,
-        azimuth: job.tool.azimuth(),
+        influence,
         standoff: job.tool.standoff(),
         dwell,
         line_pitch: strategy.line_pitch(),

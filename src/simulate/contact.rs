@@ -175,7 +175,7 @@ pub fn truncate(timed: &mut TimedPath, length: usize) {
 fn reachable(timed: &mut TimedPath, standoff: f64, acceleration: f64) -> usize {
     let segments = Segments::new(&timed.path, standoff);
     let mut speeds: Vec<f64> = segments.point.iter().map(|&p| timed.speed[p]).collect();
-    speed::limit(&mut speeds, &segments, &Limits { least: 0.0, greatest: f64::INFINITY, acceleration });
+    speed::limit(&mut speeds, &segments, &Limits::of_arm(acceleration));
     let mut lowered = 0;
     for (&point, &speed) in segments.point.iter().zip(&speeds) {
         // Single precision and the rounding of written speeds change a speed by less than this share.

@@ -30,7 +30,7 @@ pub struct Way {
 impl Way {
     /// Of a plan whose programmed speeds belong to a point `standoff` metres above the contact.
     pub fn new(timed: &TimedPath, standoff: f64, acceleration: f64) -> Way {
-        let limits = Limits { least: 0.0, greatest: f64::INFINITY, acceleration };
+        let limits = Limits::of_arm(acceleration);
         let segments = Segments::new(&timed.path, standoff);
         let speeds: Vec<f64> = segments.point.iter().map(|&p| timed.speed[p]).collect();
         let times = speed::times(&speeds, &segments, &limits);

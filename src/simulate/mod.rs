@@ -14,7 +14,7 @@ use crate::diagnostics::{Problem, codes};
 use crate::dwell::{self, Footprint, Outcome, TimedPath};
 use crate::height_map::Grid;
 use crate::job::{Corrective, Landing, Workpiece};
-use crate::tool::InfluenceFunction;
+use crate::tool::InfluenceField;
 use crate::units::si::Acceleration;
 use crate::verify::Trace;
 use crate::workpiece::form::Surface;
@@ -26,9 +26,7 @@ pub struct Scene<'a> {
     pub workpiece: &'a Workpiece,
     pub surface: &'a dyn Surface,
     pub error: &'a Grid,
-    pub influence: &'a InfluenceFunction,
-    /// Direction of the tool's x axis on the part, radians.
-    pub azimuth: f64,
+    pub influence: &'a InfluenceField,
     /// Distance of the tool centre point from the contact along the normal.
     pub standoff: f64,
     pub dwell: &'a Corrective,
@@ -50,7 +48,7 @@ pub const SAME: f64 = 0.01;
 
 impl Scene<'_> {
     fn footprint(&self) -> Footprint<'_> {
-        let mut footprint = Footprint::of(self.influence, self.azimuth);
+        let mut footprint = Footprint::of(&self.influence.parts[0], self.influence.azimuth);
         footprint.standoff = self.standoff;
         footprint
     }

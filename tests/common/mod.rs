@@ -28,9 +28,9 @@ impl FileProvider for TestFiles {
         };
         // `@good.dat@` in a record of a run stands for the hash of that generated file.
         let bytes = match (name, generated("good.dat")) {
-            ("result.json", Some(good)) => String::from_utf8_lossy(&bytes)
-                .replace("@good.dat@", &blake3::hash(&good).to_hex())
-                .into_bytes(),
+            ("result.json", Some(good)) => {
+                String::from_utf8_lossy(&bytes).replace("@good.dat@", &blake3::hash(&good).to_hex()).into_bytes()
+            }
             _ => bytes,
         };
         let size = bytes.len() as u64;

@@ -11,5 +11,4 @@ use serde_json::Value;
 
 type Adapter = fn(&str, &Value, &Value, &Value) -> Option<Result<Value, String>>;
 
-pub const ADAPTERS: &[Adapter] =
-    &[dwell::run, figures::run, forms::run, regions::run, robots::run, tools::run];
+pub const ADAPTERS: &[Adapter] = &[dwell::run, figures::run, forms::run, regions::run, robots::run, tools::run];
