@@ -99,7 +99,7 @@ fn picture(right: [f64; 2], up: [f64; 2], sign: f64) -> Vec<f64> {
 
 fn measured() -> Measured {
     Measured {
-        spots: vec![spot(10.0, Origin::pixel_at(PixelAt { column: 57.0, row: 48.0 }))],
+        spots: vec![one_spot(10.0, Origin::pixel_at(PixelAt { column: 57.0, row: 48.0 }))],
         quantity: Quantity::surface,
         positive: Positive::high,
         view: View::from_tool_side,
@@ -120,7 +120,7 @@ fn measured() -> Measured {
     }
 }
 
-fn spot(dwell: f64, origin: Origin) -> Spot {
+fn one_spot(dwell: f64, origin: Origin) -> Spot {
     Spot { file: "spot.npy".into(), before: None, dwell: Time(dwell), origin, clock: None }
 }
 
@@ -181,7 +181,7 @@ fn a_measured_spot_has_the_volume_and_the_width_of_the_spot() {
     let half = read(&Measured { quantity: Quantity::wavefront, ..measured() }, &picture([-1.0, 0.0], [0.0, 1.0], -1.0));
     assert!(near(half.unwrap().volume_rate(), spot.volume_rate() / 2.0, 1e-12));
     let slow = read(
-        &Measured { spots: vec![spot(20.0, measured().spots[0].origin.clone())], ..measured() },
+        &Measured { spots: vec![one_spot(20.0, measured().spots[0].origin.clone())], ..measured() },
         &picture([-1.0, 0.0], [0.0, 1.0], -1.0),
     );
     assert!(near(slow.unwrap().volume_rate(), spot.volume_rate() / 2.0, 1e-12));
@@ -193,18 +193,18 @@ fn the_origin_is_where_the_job_says() {
     // The deepest pixel is the one at (0.6, -0.4) or (0.6, -0.2), the centroid is (0.6, -0.3): from there, the rate is
     // that of the spot moved by as much.
     let centroid =
-        read(&Measured { spots: vec![spot(10.0, Origin::centroid(Empty {}))], ..measured() }, &values).unwrap();
+        read(&Measured { spots: vec![one_spot(10.0, Origin::centroid(Empty {}))], ..measured() }, &values).unwrap();
     for (x, y) in [(0.0, 0.0), (2.0, 1.0), (-1.5, 0.7)] {
         let (found, expected) = (centroid.rate(x * 1e-3, y * 1e-3) * 1e9, lopsided(x + 0.6, y - 0.3));
         assert!((found - expected).abs() < RATE, "{found} {expected}");
     }
-    let peak = read(&Measured { spots: vec![spot(10.0, Origin::peak(Empty {}))], ..measured() }, &values).unwrap();
+    let peak = read(&Measured { spots: vec![one_spot(10.0, Origin::peak(Empty {}))], ..measured() }, &values).unwrap();
     let (found, lower, upper) = (peak.rate(1e-3, 1e-3) * 1e9, lopsided(1.6, 0.6), lopsided(1.6, 0.8));
     assert!((found - lower).abs() < RATE || (found - upper).abs() < RATE, "{found} {lower} {upper}");
     // The middle of the picture is column 60, row 50: three pixels right of and two below the tool centre point; seen
     // from the tool side with +y up, right is -x.
     let frame =
-        read(&Measured { spots: vec![spot(10.0, Origin::frame_centre(Empty {}))], ..measured() }, &values).unwrap();
+        read(&Measured { spots: vec![one_spot(10.0, Origin::frame_centre(Empty {}))], ..measured() }, &values).unwrap();
     for (x, y) in [(0.0, 0.0), (2.0, 1.0)] {
         let (found, expected) = (frame.rate(x * 1e-3, y * 1e-3) * 1e9, lopsided(x - 0.6, y - 0.4));
         assert!((found - expected).abs() < RATE, "{found} {expected}");
@@ -223,7 +223,7 @@ fn spots_that_cannot_be_are_refused() {
         assert!(found.2.contains(words), "{}", found.2);
     };
     expect(
-        said(Measured { spots: vec![spot(0.0, Origin::peak(Empty {}))], ..measured() }, &good),
+        said(Measured { spots: vec![one_spot(0.0, Origin::peak(Empty {}))], ..measured() }, &good),
         "E0621",
         "tool.influence.spots.0.dwell",
         "`dwell` is 0.000 s",
