@@ -16,7 +16,7 @@ use polishc::job::{
     self, Annulus, Aperture, Circle, Corrective, Empty, FreePiston, LeastTime, Lines, Path, Piston, Plane, Raster,
 };
 use polishc::path::{self, Setting, ToolPath};
-use polishc::tool::InfluenceFunction;
+use polishc::tool::{InfluenceField, InfluenceFunction};
 use polishc::units::si::{Acceleration, Angle, Length, Range, Speed};
 use realfft::RealFftPlanner;
 
@@ -33,7 +33,7 @@ struct Example {
     error: Grid,
     clear: Aperture,
     edge: Aperture,
-    influence: InfluenceFunction,
+    influence: InfluenceField,
     dwell: Corrective,
     pitch: f64,
 }
@@ -100,7 +100,7 @@ fn example() -> Example {
         error: form(341, 1e-3),
         clear: ring(323.0, 70.0),
         edge: ring(340.0, 60.0),
-        influence: InfluenceFunction::gaussian(30e-9, 4e-3, 16e-3).expect("an influence function"),
+        influence: InfluenceFunction::gaussian(30e-9, 4e-3, 16e-3).expect("an influence function").into(),
         dwell: Corrective { removal_fraction: 0.8, ..corrective(job::Objective::rms(Empty {})) },
         pitch: 0.5e-3,
     }
@@ -114,7 +114,7 @@ fn large(points: usize) -> Example {
         error: form(1000, 0.2e-3),
         clear: circle(180.0),
         edge: circle(190.0),
-        influence: InfluenceFunction::gaussian(10e-9, 25e-3 / 6.0, 25e-3).expect("an influence function"),
+        influence: InfluenceFunction::gaussian(10e-9, 25e-3 / 6.0, 25e-3).expect("an influence function").into(),
         dwell: corrective(job::Objective::rms(Empty {})),
         pitch: step * 1e-3,
     }
@@ -153,7 +153,7 @@ fn whole_pass(bencher: divan::Bencher) {
 fn prediction(bencher: divan::Bencher) {
     let example = example();
     let outcome = solve(task(&example), &mut Vec::new()).expect("a solved run");
-    let footprint = Footprint::of(&example.influence, 0.0);
+    let footprint = Footprint::of(&example.influence.parts[0], 0.0);
     bencher.bench_local(|| {
         predict(outcome.timed.clone(), &footprint, &Plane {}, &example.error, &example.clear, &example.dwell)
             .expect("a prediction")
@@ -193,7 +193,7 @@ fn whole_pass_on_a_million_pixels(bencher: divan::Bencher, points: usize) {
 #[divan::bench(sample_count = 5)]
 fn sixty_steps_and_one_fine_evaluation(bencher: divan::Bencher) {
     let example = large(100_000);
-    let footprint = Footprint::of(&example.influence, 0.0);
+    let footprint = Footprint::of(&example.influence.parts[0], 0.0);
     let samples = Samples::segments(&example.path, footprint.sigma / 2.0);
     let fine = Window::of(&example.error);
     let coarse = Window { columns: 200, rows: 200, pixel: [1e-3; 2], origin: fine.origin.map(|o| o + 0.4e-3) };
@@ -249,7 +249,7 @@ fn steps(operator: &mut Removal, wanted: &[f64], window: &Window, count: usize) 
 #[divan::bench]
 fn operator_pair(bencher: divan::Bencher) {
     let example = example();
-    let footprint = Footprint::of(&example.influence, 0.0);
+    let footprint = Footprint::of(&example.influence.parts[0], 0.0);
     let samples = Samples::segments(&example.path, footprint.sigma / 2.0);
     let mut operator = Removal::new(&samples, &footprint, window());
     let mut times = vec![0.1; operator.unknowns()];

@@ -22,7 +22,7 @@ use crate::source::{FileProvider, Sources, Span};
 use crate::syntax;
 use crate::syntax::ast::Allow;
 use crate::target::{self, Program};
-use crate::tool::{self, InfluenceFunction};
+use crate::tool::{self, InfluenceField};
 use crate::verify::{self, Verified};
 use crate::workpiece;
 use crate::workpiece::form::{self, Surface};
@@ -127,6 +127,10 @@ pub struct Planned {
     pub stock: Option<Stock>,
     /// What will come of the run, if the job states how well it knows what it was planned from.
     pub expected: Option<Expected>,
+    /// How well measured spots agree.
+    pub spread: Option<tool::Spread>,
+    /// What the expectation reckons with: the job's, and of the gain, where the job says nothing, what several spots say.
+    uncertainty: Option<job::Uncertainty>,
     pub motion: Option<Checked<Motion>>,
     pub program: Option<Verified<Program>>,
     pub result: Option<JobResult>,
@@ -157,6 +161,8 @@ pub fn compile(files: &dyn FileProvider, request: &Request, watch: &dyn Watch) -
             prospect: None,
             stock: None,
             expected: None,
+            spread: None,
+            uncertainty: None,
             motion: None,
             program: None,
             result: None,
@@ -250,30 +256,31 @@ impl Passes<'_> {
             if problems.iter().any(|p| p.severity == Severity::Error) { Err(problems) } else { Ok(problems) }
         };
         let mut odd = refuse(workpiece::check(&job.workpiece))?;
-        odd.extend(refuse(tool::check(&job.tool))?);
-        odd.extend(refuse(tool::check_centre_point(&job.tool, job.robot.as_ref()).into_iter().collect())?);
+        odd.extend(refuse(tool::check(&job.tool, job.robot.as_ref()))?);
         odd.extend(refuse(output_checks(&job, until))?);
         self.said.extend(odd);
 
-        let strategy = job.path.strategy();
-        let measured = if strategy.needs_measurement() { Some(self.measure(&job)?) } else { None };
-        self.watch.pass("path");
-        let limits = job.target.as_ref().map(target::limits);
         let surface: Arc<dyn Surface> = form::surface(&job.workpiece.form, self.files).map_err(one)?.into();
         self.planned.surface = Some(surface.clone());
         let surface = &*surface;
         refuse(workpiece::check_surface(&job.workpiece, surface).into_iter().collect())?;
+        let strategy = job.path.strategy();
+        let measured = if strategy.needs_measurement() { Some(self.measure(&job, surface)?) } else { None };
+        self.watch.pass("path");
+        let limits = job.target.as_ref().map(target::limits);
         let setting = path::Setting {
             edge: &job.workpiece.edge,
             clear: &job.workpiece.clear,
             surface,
             most_points: limits.as_ref().map_or(path::MOST_POINTS, |limits| limits.most_points),
             line_points: limits.as_ref().map_or(usize::MAX, |limits| limits.line_points),
-            measured: measured.as_ref().map(|(error, influence)| path::Measured { error, influence }),
+            measured: measured
+                .as_ref()
+                .map(|(error, influence)| path::Measured { error, influence: &influence.parts[0] }),
         };
         let tool_path = path::plan(&job.path, &setting).map_err(one)?;
         let places = (0..tool_path.points.len()).map(|i| [tool_path.points.x[i], tool_path.points.y[i]]);
-        refuse(tool::check_fit(&job.tool, surface, places).into_iter().collect())?;
+        self.said.extend(refuse(tool::check_fit(&job.tool, surface, places).into_iter().collect())?);
         path::chord::check(&tool_path, surface, strategy.chord_error()).map_err(one)?;
         if until == Until::Path {
             self.planned.path = Some(tool_path);
@@ -281,8 +288,11 @@ impl Passes<'_> {
         }
         let (error_map, influence) = match measured {
             Some(measured) => measured,
-            None => self.measure(&job)?,
+            None => self.measure(&job, surface)?,
         };
+        let places = (0..tool_path.points.len()).map(|i| [tool_path.points.x[i], tool_path.points.y[i]]);
+        let near_edge = influence.check_places(&job.tool, &job.workpiece, places);
+        self.said.extend(refuse(near_edge.into_iter().collect())?);
 
         self.watch.pass("dwell");
         let job::Dwell::corrective(corrective) = &job.dwell;
@@ -297,11 +307,12 @@ impl Passes<'_> {
             edge: &job.workpiece.edge,
             surface,
             influence: &influence,
-            azimuth: job.tool.azimuth(),
+            azimuth: influence.azimuth,
             standoff: job.tool.standoff(),
             dwell: corrective,
             speed_steps,
         };
+        self.planned.spread = influence.spread;
         self.planned.prospect = forecast::prospect(&task, self.said);
         if self.request.pareto {
             // What it warns of, the solve says again.
@@ -312,10 +323,14 @@ impl Passes<'_> {
         let clear = &job.workpiece.clear;
         self.planned.stock = Some(forecast::stock(&outcome.removal, clear, &job.workpiece.form, surface));
         if let Some(uncertainty) = &job.uncertainty {
-            let mut footprint = dwell::Footprint::of(&influence, job.tool.azimuth());
+            // What the shop does not know of the gain, several spots say.
+            let spots = influence.spread.and_then(|spread| spread.volume);
+            let uncertainty = job::Uncertainty { gain: uncertainty.gain.or(spots), ..uncertainty.clone() };
+            let mut footprint = dwell::Footprint::over(&influence, influence.azimuth);
             footprint.standoff = job.tool.standoff();
             let run = forecast::Run { outcome: &outcome, footprint: &footprint, surface, clear, dwell: corrective };
-            self.planned.expected = forecast::expect(uncertainty, &run).map_err(one)?;
+            self.planned.expected = forecast::expect(&uncertainty, &run).map_err(one)?;
+            self.planned.uncertainty = Some(uncertainty);
         }
         if let Some(limits) = &limits {
             dwell::check_segment_times(
@@ -336,11 +351,10 @@ impl Passes<'_> {
 
         self.watch.pass("motion");
         let bounds = job.workpiece.edge.bounds();
-        let job::Tool::mrf_wheel(wheel) = &job.tool;
         let request = motion::Request {
             standoff: job.tool.standoff(),
             azimuth: job.tool.azimuth(),
-            tool_radius: wheel.diameter.0 / 2.0,
+            tool_ball: job.tool.ball(),
             part: [bounds.min, bounds.max],
             acceleration: corrective.acceleration.0,
             purpose: self.request.purpose,
@@ -365,11 +379,10 @@ impl Passes<'_> {
     }
 
     /// What the job's measurements say: the error map on the part, and the influence function.
-    fn measure(&mut self, job: &Job) -> Result<(ErrorMap, InfluenceFunction), Vec<Problem>> {
+    fn measure(&mut self, job: &Job, surface: &dyn Surface) -> Result<(ErrorMap, InfluenceField), Vec<Problem>> {
         self.watch.pass("metrology");
         let error_map = metrology::error_map(&job.workpiece, self.files, self.said).map_err(one)?;
-        let job::Tool::mrf_wheel(wheel) = &job.tool;
-        let influence = InfluenceFunction::new(&wheel.influence, self.files, self.said).map_err(one)?;
+        let influence = InfluenceField::new(&job.tool, &job.workpiece, surface, self.files, self.said)?;
         Ok((error_map, influence))
     }
 }
@@ -488,12 +501,13 @@ impl Planned {
             predicted: report::predicted(
                 outcome,
                 self.expected.as_ref(),
-                self.job.uncertainty.as_ref(),
+                self.uncertainty.as_ref(),
                 purpose == Purpose::DryRun,
             ),
             correctable: self.prospect.as_ref().map(report::correctable),
             reach: self.prospect.as_ref().map(report::reach),
             stock: self.stock.as_ref().map(report::stock),
+            spots: self.spread.map(report::spots),
             motion: self.motion.as_deref().map(report::motion),
             inputs,
             requirements: self.requirements.iter().map(|r| report::requirement(r, &results)).collect(),
@@ -517,14 +531,9 @@ impl Planned {
         // stdlib belongs to the compiler, whose version is stated; values of `--set` stand in no file.
         let texts = sources.iter().filter(|(_, name, _)| !name.starts_with(['<', '-']));
         let job::FormError::height_map(map) = &self.job.workpiece.error;
-        let job::Tool::mrf_wheel(wheel) = &self.job.tool;
-        let spot = match &wheel.influence {
-            job::Influence::gaussian(_) => None,
-            job::Influence::measured(spot) => Some(spot.file.as_str()),
-        };
         let data = std::iter::once(map.file.as_str())
             .chain(self.job.workpiece.form.files())
-            .chain(spot)
+            .chain(self.job.tool.influence().files())
             .filter_map(|path| Some(input(path, &files.read(path, height_map::MOST_BYTES).ok()?)));
         texts.map(|(_, name, text)| input(name, text.as_bytes())).chain(data).collect()
     }

@@ -12,7 +12,7 @@ use polishc::dwell::{
 use polishc::height_map::Grid;
 use polishc::job::*;
 use polishc::path::{self, Setting, ToolPath};
-use polishc::tool::InfluenceFunction;
+use polishc::tool::{InfluenceField, InfluenceFunction};
 use polishc::units::si::*;
 
 const SIGMA: f64 = 2e-3;
@@ -28,7 +28,7 @@ struct Run {
     error: Grid,
     clear: Aperture,
     edge: Aperture,
-    influence: InfluenceFunction,
+    influence: InfluenceField,
     dwell: Corrective,
 }
 
@@ -63,7 +63,7 @@ fn run(error: Grid) -> Run {
         error,
         clear: circle(35.9e-3),
         edge: circle(40e-3),
-        influence: InfluenceFunction::gaussian(20e-9, SIGMA, 12e-3).expect("positive numbers"),
+        influence: InfluenceFunction::gaussian(20e-9, SIGMA, 12e-3).expect("positive numbers").into(),
         dwell: Corrective {
             objective: Objective::rms(Empty {}),
             removal_fraction: 1.0,
@@ -177,14 +177,14 @@ fn prediction_agrees_with_the_definition() {
     // From the emitted speeds, by the plain sum over segments and pixels of the true rate. The spot runs out to 4 sigma,
     // where the cut is 3e-4 of the peak: with a step of 1 % there, the definition itself would hang on single pixels.
     let influence = InfluenceFunction::gaussian(20e-9, SIGMA, 16e-3).expect("positive numbers");
-    let run = Run { influence, over: 60e-3, ..run(map(0.4e-3, bump)) };
+    let run = Run { influence: influence.into(), over: 60e-3, ..run(map(0.4e-3, bump)) };
     let mut run = run;
     run.dwell.acceleration = Acceleration(1e4);
     let outcome = run.good();
     let segments = Segments::new(&outcome.timed.path, 0.0);
     let speeds: Vec<f64> = segments.point.iter().map(|&p| outcome.timed.speed[p]).collect();
     let seconds = times(&speeds, &segments, &run.limits());
-    let footprint = Footprint::of(&run.influence, 0.0);
+    let footprint = Footprint::of(&run.influence.parts[0], 0.0);
     let window = Window::of(&run.error);
     let exact = deposit(&Samples::segments(&outcome.timed.path, footprint.sigma / 2.0), &seconds, &footprint, &window);
     let mut inside = 0;
@@ -208,7 +208,7 @@ fn what_a_standing_tool_removes_is_reckoned_with() {
     let standing = vec![Standing { point, seconds: 2.0 }];
     let told = solve(Task { standing: standing.clone(), ..run.task() }, &mut Vec::new()).expect("a solved run");
     let plain = run.good();
-    let footprint = Footprint::of(&run.influence, 0.0);
+    let footprint = Footprint::of(&run.influence.parts[0], 0.0);
     let predict_both = |mut timed: TimedPath| {
         timed.standing = standing.clone();
         predict(timed, &footprint, &Plane {}, &run.error, &run.clear, &run.dwell).expect("a prediction")
@@ -219,7 +219,7 @@ fn what_a_standing_tool_removes_is_reckoned_with() {
     let (x, y) = (path.points.x[point], path.points.y[point]);
     for (i, (with, without)) in untold.removal.values.iter().zip(&plain.removal.values).enumerate() {
         let [px, py] = run.error.position(i / run.error.columns, i % run.error.columns);
-        let spot = 2.0 * run.influence.rate(px - x, py - y);
+        let spot = 2.0 * run.influence.parts[0].rate(px - x, py - y);
         // The table is within 2e-4 of the peak, beside the rim of the cut, 1.1 % of the peak, which it smears.
         assert!(with.is_nan() || (with - without - spot).abs() < 0.012 * 40e-9, "{with} {without} {spot}");
     }
@@ -229,7 +229,7 @@ fn what_a_standing_tool_removes_is_reckoned_with() {
 fn predicting_again_gives_the_same() {
     let run = run(map(0.4e-3, bump));
     let outcome = run.good();
-    let footprint = Footprint::of(&run.influence, 0.0);
+    let footprint = Footprint::of(&run.influence.parts[0], 0.0);
     let again = predict(outcome.timed.clone(), &footprint, &Plane {}, &run.error, &run.clear, &run.dwell)
         .expect("a prediction");
     let bits = |grid: &Grid| grid.values.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
@@ -400,19 +400,33 @@ fn an_off_centre_spot_is_led_the_other_way() {
     }
     let files = polishc::source::MemoryFiles([("spot.npy".to_string(), bytes)].into());
     let measured = Measured {
-        file: "spot.npy".into(),
-        dwell: Time(3.0),
+        spots: vec![polishc::job::Spot {
+            file: "spot.npy".into(),
+            before: None,
+            dwell: Time(3.0),
+            origin: Origin::frame_centre(Empty {}),
+            clock: None,
+        }],
         quantity: Quantity::surface,
         positive: Positive::low,
         view: View::from_tool_side,
         up: Direction::plus_x,
         pixel: Some(Length(0.3e-3)),
         unit: Some(Length(1.0)),
-        origin: Origin::frame_centre(Empty {}),
         radius: Length(9e-3),
+        turns_with: polishc::job::TurnsWith::tool,
+        flow_in_map: None,
+        taken: polishc::job::Conditions::mrf_conditions(polishc::job::MrfConditions {
+            diameter: Length(0.3),
+            speed: polishc::units::si::AngularSpeed(6.0),
+            rotation: polishc::job::WheelRotation::forward,
+            gap: Length(1e-3),
+            material: polishc::job::Material { name: "glass".into() },
+        }),
+        ageing: None,
     };
-    let influence = InfluenceFunction::new(&Influence::measured(measured), &files, &mut Vec::new()).expect("a spot");
-    let run = Run { influence, over: 64e-3, ..run(map(0.4e-3, bump)) };
+    let spots = polishc::tool::measured::read(&measured, "tool.influence", &files, &mut Vec::new()).expect("a spot");
+    let run = Run { influence: spots.function.into(), over: 64e-3, ..run(map(0.4e-3, bump)) };
     let mut warnings = Vec::new();
     for (azimuth, shift) in [(0.0, [-2e-3, 0.0]), (std::f64::consts::FRAC_PI_2, [0.0, -2e-3])] {
         let timed = solve(Task { azimuth, ..run.task() }, &mut warnings).expect("a solved run").timed;

@@ -21,7 +21,7 @@ use crate::height_map::Grid;
 use crate::job::{self, Aperture, Corrective};
 use crate::path::ToolPath;
 use crate::path::ends::{self, LineEnds};
-use crate::tool::InfluenceFunction;
+use crate::tool::InfluenceField;
 use crate::workpiece::form::Surface;
 
 /// Everything that a corrective run is planned from. Lengths in metres, times in seconds.
@@ -39,7 +39,7 @@ pub struct Task<'a> {
     pub edge: &'a Aperture,
     /// The nominal surface that the path lies on.
     pub surface: &'a dyn Surface,
-    pub influence: &'a InfluenceFunction,
+    pub influence: &'a InfluenceField,
     /// Direction of the tool's x axis on the part, radians.
     pub azimuth: f64,
     /// Distance of the tool centre point from the contact along the normal, metres.
@@ -78,7 +78,7 @@ pub(super) struct Prepared<'a> {
 pub(super) fn prepare<'a>(task: &Task<'a>, warnings: &mut Vec<Problem>) -> Result<(Prepared<'a>, Removal), Problem> {
     let dwell = task.dwell;
     let limits = limits(dwell, task.speed_steps)?;
-    let mut footprint = Footprint::of(task.influence, task.azimuth);
+    let mut footprint = Footprint::over(task.influence, task.azimuth);
     footprint.standoff = task.standoff;
     let ends = ends::check(&task.path, task.edge, footprint.radius, limits.greatest, limits.acceleration)?;
     let segments = Segments::new(&task.path, task.standoff);

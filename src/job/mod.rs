@@ -8,6 +8,7 @@ mod form;
 mod path;
 mod robot;
 mod target;
+mod tool;
 mod uncertainty;
 
 pub use aperture::*;
@@ -15,6 +16,7 @@ pub use form::*;
 pub use path::*;
 pub use robot::*;
 pub use target::*;
+pub use tool::*;
 pub use uncertainty::*;
 
 use crate::source::Span;
@@ -189,83 +191,6 @@ pub struct Empty {}
 pub struct PixelAt {
     pub column: f64,
     pub row: f64,
-}
-
-#[allow(non_camel_case_types, reason = "family members are spelt as in the job")]
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub enum Tool {
-    mrf_wheel(MrfWheel),
-}
-
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct MrfWheel {
-    pub diameter: Length,
-    pub speed: AngularSpeed,
-    pub rotation: WheelRotation,
-    /// Between the wheel's lowest point (the TCP) and the nominal surface, along the normal.
-    pub gap: Length,
-    /// Direction of the tool's x axis on the part, from +x towards +y of the part, seen from the tool side.
-    pub azimuth: Angle,
-    pub influence: Influence,
-}
-
-/// Sense of rotation: `forward` drags the fluid along the tool's +x at the contact, `reverse` along -x.
-#[allow(non_camel_case_types, reason = "symbols are spelt as in the job")]
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum WheelRotation {
-    forward,
-    reverse,
-}
-
-#[allow(non_camel_case_types, reason = "family members are spelt as in the job")]
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub enum Influence {
-    gaussian(Gaussian),
-    measured(Measured),
-}
-
-/// peak * exp(-r²/2σ²) for r <= diameter/2, zero outside.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Gaussian {
-    /// Removal rate at the centre: a height a time.
-    pub peak: Speed,
-    pub sigma: Length,
-    pub diameter: Length,
-}
-
-/// A measured map of the depth that one spot of known dwell removed, in the tool frame seen from the tool side.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Measured {
-    pub file: String,
-    /// Time that the spot was polished.
-    pub dwell: Time,
-    pub quantity: Quantity,
-    /// `high`: glass stands high where the value is positive, so a spot reads negative; `low`: removal reads positive.
-    pub positive: Positive,
-    pub view: View,
-    /// Axis of the *tool frame* that points up in the picture.
-    pub up: Direction,
-    pub pixel: Option<Length>,
-    pub unit: Option<Length>,
-    /// Where the tool centre point stood in the picture.
-    pub origin: Origin,
-    /// Pixels farther than this from the origin are outside the spot: they give the baseline that is taken off.
-    pub radius: Length,
-}
-
-/// Where the tool centre point stood in a spot's picture. There is no default: a wrong origin shifts all removal.
-#[allow(non_camel_case_types, reason = "family members are spelt as in the job")]
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub enum Origin {
-    frame_centre(Empty),
-    /// The deepest pixel.
-    peak(Empty),
-    /// The centre of the removed volume.
-    centroid(Empty),
-    pixel_at(PixelAt),
 }
 
 #[allow(non_camel_case_types, reason = "family members are spelt as in the job")]

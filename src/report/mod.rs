@@ -11,6 +11,7 @@ use crate::metrology::Figures;
 use crate::motion::Motion;
 use crate::path::ToolPath;
 use crate::target::Program;
+use crate::tool::Spread;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -37,6 +38,9 @@ pub struct JobResult {
     pub correctable: Option<CorrectableResult>,
     pub reach: Option<ReachResult>,
     pub stock: Option<StockResult>,
+    /// Of a tool that was measured by several spots.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub spots: Option<SpotsResult>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub motion: Option<MotionResult>,
     pub inputs: Vec<Input>,
@@ -46,6 +50,16 @@ pub struct JobResult {
     pub unchecked: Vec<&'static str>,
     /// Repeated in every report: no controller has run this program for us.
     pub note: &'static str,
+}
+
+/// How well the spots of an influence function agree: one standard deviation of a spot, as a part of the mean.
+#[derive(Clone, Debug, Serialize)]
+pub struct SpotsResult {
+    pub spots: usize,
+    pub volume_spread: Option<f64>,
+    pub peak_spread: Option<f64>,
+    /// Change of the rate in an hour of the process clock, as a part of the rate at the start of the run.
+    pub drift_per_hour: Option<f64>,
 }
 
 #[derive(Clone, Debug, Serialize)]
@@ -471,5 +485,16 @@ pub fn motion(motion: &Motion) -> MotionResult {
         wrist_margin_deg: rounded(figures.wrist_margin * DEGREES, 3),
         joint_speed_share: rounded(figures.joint_speed_share, 4),
         runs: motion.runs.len(),
+    }
+}
+
+/// How well spots agree; to a hundredth of a per cent, which is closer than any repeat.
+pub fn spots(spread: Spread) -> SpotsResult {
+    let part = |value: Option<f64>| value.map(|value| rounded(value, 4));
+    SpotsResult {
+        spots: spread.spots,
+        volume_spread: part(spread.volume),
+        peak_spread: part(spread.peak),
+        drift_per_hour: part(spread.drift.map(|drift| drift * 3600.0)),
     }
 }

@@ -3,6 +3,7 @@
 //! In: the text alone, and the job's plan. Out: `Verified<Program>`, or what differs, in terms of the part.
 
 mod align;
+mod facts;
 mod findings;
 pub mod krl;
 mod planned;

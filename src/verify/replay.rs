@@ -6,7 +6,7 @@
 use super::findings::Difference;
 use super::planned::{Planned, millimetres};
 use crate::diagnostics::codes::{E1005, E1006, E1014};
-use crate::job::{Job, RobotCell, Tool};
+use crate::job::{Job, RobotCell};
 use crate::motion::{Arm, Joints, Motion, Purpose, Transform};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
@@ -49,7 +49,6 @@ pub(super) struct Replay<'a> {
 impl<'a> Replay<'a> {
     pub fn new(motion: &'a Motion, job: &Job, cell: &RobotCell, arm: &'a Arm, frames: &Frames) -> Replay<'a> {
         let chain = &motion.frames;
-        let Tool::mrf_wheel(wheel) = &job.tool;
         let lift = match motion.purpose {
             Purpose::Polish => 0.0,
             Purpose::DryRun => cell.travel.height.0,
@@ -61,7 +60,7 @@ impl<'a> Replay<'a> {
             tool_change: frames.flange_tool.inverse() * chain.flange_tool,
             base_object: chain.world_base.inverse() * frames.world_object,
             tool_flange: frames.flange_tool.inverse(),
-            standoff: wheel.gap.0 + lift,
+            standoff: job.tool.standoff() + lift,
         }
     }
 

@@ -4,9 +4,10 @@ mod dwell;
 mod figures;
 mod forms;
 mod robots;
+mod tools;
 
 use serde_json::Value;
 
 type Adapter = fn(&str, &Value, &Value, &Value) -> Option<Result<Value, String>>;
 
-pub const ADAPTERS: &[Adapter] = &[dwell::run, figures::run, forms::run, robots::run];
+pub const ADAPTERS: &[Adapter] = &[dwell::run, figures::run, forms::run, robots::run, tools::run];

@@ -46,15 +46,16 @@ fn the_job_is_in_si_and_whole() {
     assert_eq!(map.centre, MapCentre::frame_centre(Empty {}));
     near(map.fill_below.expect("stated").0, 4e-6);
     assert_eq!(map.pixel, None);
-    let Tool::mrf_wheel(wheel) = &job.tool;
+    let Tool::mrf_wheel(wheel) = &job.tool else { panic!("a wheel") };
     near(wheel.speed.0, 2.0 * PI);
     near(wheel.gap.0, 0.001);
     near(wheel.azimuth.0, PI / 2.0);
     assert_eq!(wheel.rotation, WheelRotation::forward);
     let Influence::measured(spot) = &wheel.influence else { panic!("a measured influence") };
     // Said in the job's file: relative to its folder.
-    assert_eq!(spot.file, "jobs/spots/12.dat");
-    assert_eq!(spot.origin, Origin::pixel_at(PixelAt { column: 120.5, row: 64.0 }));
+    assert_eq!(spot.spots[0].file, "jobs/spots/12.dat");
+    assert_eq!(spot.flow_in_map, Some(InPicture::up));
+    assert_eq!(spot.spots[0].origin, Origin::pixel_at(PixelAt { column: 120.5, row: 64.0 }));
     let Path::raster(raster) = &job.path else { panic!("no raster") };
     near(raster.point_step.0, 0.004);
     near(raster.line_pitch.0, 0.0005);

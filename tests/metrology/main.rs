@@ -10,4 +10,5 @@ mod influence;
 mod placing;
 mod reading;
 mod samples;
+mod spots;
 mod workpiece;
