@@ -45,13 +45,12 @@ impl<'a> Footprint<'a> {
     /// Of a tool that may remove otherwise at other places, whose x axis points along `azimuth` on the part. The volume rate is
     /// that at the part's origin.
     pub fn over(influence: &'a InfluenceField, azimuth: f64) -> Footprint<'a> {
-        let mut footprint = Footprint::of(&influence.parts[0], influence.azimuth);
-        footprint.azimuth = Azimuth::new(azimuth);
+        let mut footprint = Footprint::of(&influence.parts[0], azimuth);
         if influence.is_uniform() {
             return footprint;
         }
         for part in &influence.parts[1..] {
-            footprint.rates.extend(Footprint::of(part, influence.azimuth).rates);
+            footprint.rates.extend(Footprint::of(part, azimuth).rates);
         }
         footprint.radius = influence.radius();
         footprint.sigma = influence.sigma_scale();
