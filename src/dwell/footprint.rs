@@ -58,7 +58,7 @@ impl<'a> Footprint<'a> {
         influence.weights(0.0, 0.0, &mut weights);
         footprint.volume_rate =
             influence.parts.iter().zip(&weights).map(|(part, weight)| weight * part.volume_rate()).sum();
-        footprint.weights = Some(Box::new(move |x, y, weights| influence.weights(x, y, weights)));
+        footprint.weights = Some(Box::new(move |x: f64, y: f64, weights: &mut [f64]| influence.weights(x, y, weights)));
         footprint
     }
 
