@@ -193,7 +193,7 @@ fn whole_pass_on_a_million_pixels(bencher: divan::Bencher, points: usize) {
 #[divan::bench(sample_count = 5)]
 fn sixty_steps_and_one_fine_evaluation(bencher: divan::Bencher) {
     let example = large(100_000);
-    let footprint = Footprint::of(&example.influence, 0.0);
+    let footprint = Footprint::of(&example.influence.parts[0], 0.0);
     let samples = Samples::segments(&example.path, footprint.sigma / 2.0);
     let fine = Window::of(&example.error);
     let coarse = Window { columns: 200, rows: 200, pixel: [1e-3; 2], origin: fine.origin.map(|o| o + 0.4e-3) };

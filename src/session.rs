@@ -358,7 +358,7 @@ impl Passes<'_> {
             // What the shop does not know of the gain, several spots say.
             let spots = influence.spread.and_then(|spread| spread.volume);
             let uncertainty = job::Uncertainty { gain: uncertainty.gain.or(spots), ..uncertainty.clone() };
-            let mut footprint = dwell::Footprint::of(&influence.parts[0], influence.azimuth);
+            let mut footprint = dwell::Footprint::over(&influence, influence.azimuth);
             footprint.standoff = job.tool.standoff();
             let run = forecast::Run { outcome: &outcome, footprint: &footprint, surface, clear, dwell: corrective };
             self.planned.expected = forecast::expect(&uncertainty, &run).map_err(one)?;

@@ -3,7 +3,7 @@
 //! In: a removal rate over the place relative to the contact point, in the part's axes. Out: a [`Footprint`]: that rate
 //! with its reach, its volume and its width, which is all that the removal operators ask of a tool.
 
-use crate::tool::{Azimuth, InfluenceFunction, part_to_tool};
+use crate::tool::{Azimuth, InfluenceField, InfluenceFunction, part_to_tool};
 use rayon::prelude::*;
 
 /// Removal rate around the contact point, in the axes of the part. Positive takes glass away.
@@ -40,6 +40,26 @@ impl<'a> Footprint<'a> {
         };
         let flat = Footprint::new(rate, influence.radius(), influence.volume_rate(), influence.sigma_scale());
         Footprint { azimuth: Azimuth::new(azimuth), ..flat }
+    }
+
+    /// Of a tool that may remove otherwise at other places, whose x axis points along `azimuth` on the part. The volume rate is
+    /// that at the part's origin.
+    pub fn over(influence: &'a InfluenceField, azimuth: f64) -> Footprint<'a> {
+        let mut footprint = Footprint::of(&influence.parts[0], azimuth);
+        if influence.is_uniform() {
+            return footprint;
+        }
+        for part in &influence.parts[1..] {
+            footprint.rates.extend(Footprint::of(part, azimuth).rates);
+        }
+        footprint.radius = influence.radius();
+        footprint.sigma = influence.sigma_scale();
+        let mut weights = vec![0.0; influence.parts.len()];
+        influence.weights(0.0, 0.0, &mut weights);
+        footprint.volume_rate =
+            influence.parts.iter().zip(&weights).map(|(part, weight)| weight * part.volume_rate()).sum();
+        footprint.weights = Some(Box::new(move |x: f64, y: f64, weights: &mut [f64]| influence.weights(x, y, weights)));
+        footprint
     }
 
     /// Number of parts.

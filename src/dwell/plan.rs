@@ -16,7 +16,7 @@ use super::solver::{Aim, LATER_ITERATIONS, MOST_ITERATIONS, NOTHING, Solved, Sol
 use super::speed::{self, Limits, Segments};
 use super::start::{Start, start};
 use super::timed::{Standing, TimedPath};
-use crate::diagnostics::{Problem, codes};
+use crate::diagnostics::Problem;
 use crate::height_map::Grid;
 use crate::job::{self, Aperture, Corrective};
 use crate::path::ToolPath;
@@ -78,12 +78,7 @@ pub(super) struct Prepared<'a> {
 pub(super) fn prepare<'a>(task: &Task<'a>, warnings: &mut Vec<Problem>) -> Result<(Prepared<'a>, Removal), Problem> {
     let dwell = task.dwell;
     let limits = limits(dwell, task.speed_steps)?;
-    if !task.influence.is_uniform() {
-        let message = "the solver does not know yet of a tool that removes otherwise at other places";
-        return Err(Problem::error(codes::E0658, "tool.influence", message)
-            .help("take one influence function for the whole part, and no model of the edge"));
-    }
-    let mut footprint = Footprint::of(&task.influence.parts[0], task.azimuth);
+    let mut footprint = Footprint::over(task.influence, task.azimuth);
     footprint.standoff = task.standoff;
     let ends = ends::check(&task.path, task.edge, footprint.radius, limits.greatest, limits.acceleration)?;
     let segments = Segments::new(&task.path, task.standoff);
@@ -169,6 +164,9 @@ impl Prepared<'_> {
     }
 }
 
+/// A run of least time is solved again for so much less than would just do.
+const SPARE: f64 = 0.005;
+
 /// Times that a run of least time is solved again, since the prediction leaves more than the solver said.
 const MOST_TIGHTENINGS: usize = 3;
 
@@ -199,11 +197,11 @@ pub fn solve(task: Task, warnings: &mut Vec<Problem>) -> Result<Outcome, Problem
         let mut outcome = predict(timed, &run.footprint, task.surface, task.error, task.clear, dwell)?;
         if let (Aim::Time { rms }, job::Objective::time(asked)) = (&mut solver.aim, &dwell.objective)
             && outcome.figures.missed > asked.rms.0
-            && solver_rms <= *rms
+            && solver_rms <= 1.1 * *rms
             && tightenings < MOST_TIGHTENINGS
         {
-            // The prediction leaves more than the solver says: ask it for less.
-            *rms *= asked.rms.0 / outcome.figures.missed;
+            // The prediction leaves more than was asked of the solver: ask it for less.
+            *rms *= (1.0 - SPARE) * asked.rms.0 / outcome.figures.missed;
             tightenings += 1;
             solved = solver.solve(&target, &solved.times, LATER_ITERATIONS);
             timed = outcome.timed;

@@ -365,8 +365,15 @@ impl Removal {
     /// Spreads the times over the padded grid, with the weights of one part. Bands are filled two by two: a sample of a band
     /// may spread into the next one, which nobody else fills meanwhile.
     fn spread(&self, times: &[f64], part: usize, padded: &mut [f64]) {
+        match self.spread {
+            Spread::Linear => self.spread_over::<2>(times, part, padded),
+            Spread::Cubic => self.spread_over::<4>(times, part, padded),
+        }
+    }
+
+    /// Over `N` x `N` pixels: known to the compiler, which writes the inner loops out.
+    fn spread_over<const N: usize>(&self, times: &[f64], part: usize, padded: &mut [f64]) {
         padded.par_chunks_mut(BAND * self.columns).for_each(|rows| rows.fill(0.0));
-        let width = self.spread.width();
         for parity in 0..2 {
             let from = (parity * BAND * self.columns).min(padded.len());
             padded[from..].par_chunks_mut(2 * BAND * self.columns).enumerate().for_each(|(pair, rows)| {
@@ -381,10 +388,12 @@ impl Removal {
                     }
                     let across = self.spread.weights(self.fraction_y[sample]);
                     let along = self.spread.weights(self.fraction_x[sample]);
-                    for (k, weight) in across[..width].iter().enumerate() {
-                        let from = self.corner[sample] as usize - first + k * self.columns;
-                        for (cell, along) in rows[from..from + width].iter_mut().zip(&along) {
-                            *cell += time * weight * along;
+                    let corner = self.corner[sample] as usize - first;
+                    for (k, across) in across[..N].iter().enumerate() {
+                        let weight = time * across;
+                        let row = &mut rows[corner + k * self.columns..][..N];
+                        for i in 0..N {
+                            row[i] += weight * along[i];
                         }
                     }
                 }
@@ -396,18 +405,31 @@ impl Removal {
         if self.parts.is_empty() { 1.0 } else { self.parts[sample * self.convolutions.len() + part] }
     }
 
-    /// The value of the padded grid at a sample, with its weights.
-    fn read(&self, sample: usize, padded: &[f64]) -> f64 {
-        let width = self.spread.width();
+    /// The value of the padded grid at a sample.
+    fn read<const N: usize>(&self, sample: usize, padded: &[f64]) -> f64 {
         let across = self.spread.weights(self.fraction_y[sample]);
         let along = self.spread.weights(self.fraction_x[sample]);
-        let mut sum = 0.0;
-        for (k, weight) in across[..width].iter().enumerate() {
-            let from = self.corner[sample] as usize + k * self.columns;
-            let row = padded[from..from + width].iter().zip(&along);
-            sum += weight * row.map(|(cell, along)| cell * along).sum::<f64>();
+        let corner = self.corner[sample] as usize;
+        let mut sums = [0.0; N];
+        for (k, across) in across[..N].iter().enumerate() {
+            let row = &padded[corner + k * self.columns..][..N];
+            for i in 0..N {
+                sums[i] += across * row[i];
+            }
         }
-        sum
+        (0..N).map(|i| sums[i] * along[i]).sum()
+    }
+
+    /// Adds to the times what the padded grid is at their samples, with the weights of one part.
+    fn gather_from<const N: usize>(&self, padded: &[f64], part: usize, times: &mut [f64]) {
+        times.par_chunks_mut(GATHER_CHUNK).enumerate().for_each(|(chunk, times)| {
+            for (i, time) in times.iter_mut().enumerate() {
+                let unknown = chunk * GATHER_CHUNK + i;
+                let samples = self.start[unknown]..self.start[unknown + 1];
+                let sum: f64 = samples.map(|s| self.part(s, part) * self.read::<N>(s, padded)).sum();
+                *time += sum * self.share[unknown];
+            }
+        });
     }
 }
 
@@ -453,14 +475,10 @@ impl LinearOperator for Removal {
                 }
             }
             self.convolutions[part].correlate(&mut padded);
-            times.par_chunks_mut(GATHER_CHUNK).enumerate().for_each(|(chunk, times)| {
-                for (i, time) in times.iter_mut().enumerate() {
-                    let unknown = chunk * GATHER_CHUNK + i;
-                    let samples = self.start[unknown]..self.start[unknown + 1];
-                    let sum: f64 = samples.map(|s| self.part(s, part) * self.read(s, &padded)).sum();
-                    *time += sum * self.share[unknown];
-                }
-            });
+            match self.spread {
+                Spread::Linear => self.gather_from::<2>(&padded, part, times),
+                Spread::Cubic => self.gather_from::<4>(&padded, part, times),
+            }
         }
         self.padded = padded;
     }

@@ -90,7 +90,8 @@ impl Solver<'_> {
         let mut found = self.solve_from(depths, start, hurry);
         let length: f64 = self.segments.length.iter().sum();
         let mut slowness = DEEPER * found.times.iter().sum::<f64>() / length;
-        while found.figures.rms > rms {
+        // What the arm makes of times may be a little more than the times themselves leave: that is for the caller to see.
+        while found.figures.rms > (1.0 + 5.0 * LIMIT_COST) * rms {
             let deeper: Vec<f64> =
                 found.times.iter().zip(&self.segments.length).map(|(time, length)| time + slowness * length).collect();
             let next = self.solve_from(depths, &deeper, hurry);
@@ -117,28 +118,25 @@ impl Solver<'_> {
         let enough = match self.aim {
             Aim::Rms => cost(limited.rms) <= (1.0 + LIMIT_COST) * cost(free.rms) || limited.rms <= NOTHING,
             Aim::Pv => limited.largest <= (1.0 + LIMIT_COST) * free.largest,
-            // What is out of reach of any times is so of those that the arm can follow.
-            Aim::Time { rms } => limited.rms <= rms || free.rms > rms,
+            // What is out of reach of any times is so of those that the arm can follow; a little too much is asked less of.
+            Aim::Time { rms } => limited.rms <= (1.0 + 5.0 * LIMIT_COST) * rms || free.rms > rms,
         };
+        let limited = Solved { figures: limited, speeds, times, ended };
         if enough {
-            return Solved { figures: limited, speeds, times, ended };
+            return limited;
         }
         let (segments, limits) = (self.segments, self.limits);
-        let mut domain = Followable::new(segments, limits, &speeds).with_stiffness(self.stiffness);
+        let mut domain = Followable::new(segments, limits, &limited.speeds).with_stiffness(self.stiffness);
         let ended = self.descend_by_aim(depths, &mut domain, stop);
-        let (found, found_times) = (domain.speeds(), domain.times().to_vec());
+        let (speeds, times) = (domain.speeds(), domain.times().to_vec());
         self.rounds += 1;
-        let figures = self.figures(depths, &found_times);
+        let figures = self.figures(depths, &times);
         let better = match self.aim {
-            Aim::Rms | Aim::Time { .. } => figures.rms <= limited.rms,
-            Aim::Pv => figures.largest <= limited.largest,
+            Aim::Rms | Aim::Time { .. } => figures.rms <= limited.figures.rms,
+            Aim::Pv => figures.largest <= limited.figures.largest,
         };
         // Never worse than limiting afterwards.
-        if better {
-            Solved { figures, speeds: found, times: found_times, ended }
-        } else {
-            Solved { figures: limited, speeds, times, ended }
-        }
+        if better { Solved { figures, speeds, times, ended } } else { limited }
     }
 
     /// Times of least squares at a price of a second: as asked, and as the arm can follow.
@@ -183,8 +181,6 @@ impl Solver<'_> {
                 self.iterations += found.iterations;
                 found.ended
             }
-            // With a price known from an earlier solve the search goes on from there.
-            Aim::Time { rms } if self.price > 0.0 => self.least_time(depths, domain, rms, Ended::Reached),
             Aim::Time { rms } => {
                 // Less than what may be left is not needed.
                 let enough = Stop { value: self.squares((1.0 - TIGHT) * rms), ..stop };
@@ -194,48 +190,74 @@ impl Solver<'_> {
         }
     }
 
-    /// Raises the price of a second until the residual is what may be left.
+    /// Looks for the price of a second at which the residual is what may be left, by halving between one that leaves less and one that
+    /// leaves more. Steps are few beside what a price would take to settle, so the way back counts: of the way to a place that
+    /// leaves too much, so much is gone as leaves what may be left. So the time only falls.
     fn least_time(&mut self, depths: &[f64], domain: &mut dyn Domain, rms: f64, ended: Ended) -> Ended {
-        let reached = self.figures(depths, domain.times()).rms;
-        if self.price == 0.0 && !(reached < rms) {
+        if self.figures(depths, domain.times()).rms > rms {
             return ended;
         }
-        // The RMS that was reached for a price, below and above what may be left.
-        let (mut below, mut above) = ((0.0, 0.0), None::<(f64, f64)>);
-        let seconds = sum(domain.times().len(), |i| domain.times()[i]);
-        let mut price = if self.price > 0.0 { self.price } else { self.squares(rms) / seconds };
+        let mut best = (spent(domain), domain.place().to_vec());
+        let (mut less, mut more) = (None::<f64>, None::<f64>);
+        let mut price = if self.price > 0.0 { self.price } else { self.squares(rms) / best.0 };
         let stop = Stop { most_iterations: LATER_ITERATIONS, ..STOP };
+        let mut slow = 0;
         for _ in 0..MOST_PRICES {
             self.descend(depths, domain, price, stop);
-            let found = self.figures(depths, domain.times()).rms;
-            if found <= rms {
-                below = (price, found);
-                if found >= (1.0 - TIGHT) * rms {
-                    break;
-                }
+            if self.figures(depths, domain.times()).rms <= rms {
+                less = Some(price);
             } else {
-                above = Some((price, found));
-            }
-            price = match above {
-                None => 8.0 * price,
-                Some(above) if below.0 > 0.0 => {
-                    // Along the straight line in logarithms, kept off the ends; aimed at the middle of what is good enough.
-                    let aim = libm::log((1.0 - 0.5 * TIGHT) * rms / below.1) / libm::log(above.1 / below.1);
-                    below.0 * libm::exp(aim.clamp(0.1, 0.9) * libm::log(above.0 / below.0))
+                more = Some(price);
+                let beyond = domain.place().to_vec();
+                let (mut good, mut bad) = (0.0, 1.0);
+                for _ in 0..HALVINGS {
+                    let part = 0.5 * (good + bad);
+                    domain.towards(&best.1, 1.0);
+                    domain.towards(&beyond, part);
+                    if self.figures(depths, domain.times()).rms <= rms {
+                        good = part;
+                    } else {
+                        bad = part;
+                    }
                 }
-                Some(above) => above.0 / 8.0,
+                domain.towards(&best.1, 1.0);
+                domain.towards(&beyond, good);
+            }
+            let time = spent(domain);
+            slow = if time < (1.0 - SAVED) * best.0 { 0 } else { slow + 1 };
+            if time < best.0 {
+                best = (time, domain.place().to_vec());
+            } else {
+                domain.towards(&best.1, 1.0);
+            }
+            price = match (less, more) {
+                (_, None) => 8.0 * price,
+                (None, Some(_)) => price / 8.0,
+                (Some(less), Some(more)) => {
+                    if more < 1.2 * less || slow > 1 {
+                        break;
+                    }
+                    (less * more).sqrt()
+                }
             };
         }
-        if self.figures(depths, domain.times()).rms > rms {
-            self.descend(depths, domain, below.0, Stop { most_iterations: 2 * LATER_ITERATIONS, ..stop });
-        }
-        self.price = below.0;
+        self.price = less.unwrap_or(price);
         Ended::Reached
     }
 }
 
-/// Prices that are tried for the least time; each halves the distance at least.
-const MOST_PRICES: usize = 12;
+fn spent(domain: &dyn Domain) -> f64 {
+    sum(domain.times().len(), |i| domain.times()[i])
+}
 
-/// How much of the residual that may be left is given away: half a per cent of the residual is next to no time.
+/// Prices that are tried for the least time.
+const MOST_PRICES: usize = 14;
+
+/// Halvings of the way back to what may be left: to a sixty-fourth of it.
+const HALVINGS: usize = 6;
+
+/// A price that saves less than this part of the time saves nothing; two of them are enough.
+const SAVED: f64 = 0.001;
+
+/// By how much less than may be left a descent stops that only looks for a way to leave so little.
 const TIGHT: f64 = 0.01;

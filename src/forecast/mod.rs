@@ -46,7 +46,7 @@ pub fn prospect(task: &Task, warnings: &mut Vec<Problem>) -> Option<Prospect> {
     if !numbers.iter().all(|number| *number > 0.0 && number.is_finite()) {
         return None;
     }
-    let mut footprint = Footprint::of(&task.influence.parts[0], task.azimuth);
+    let mut footprint = Footprint::over(task.influence, task.azimuth);
     footprint.standoff = task.standoff;
     let field = Field::new(task.error, task.clear).ok()?;
     // The pixels of the solver: the spot smooths away everything finer.
