@@ -10,5 +10,6 @@ mod influence;
 mod maps;
 mod placing;
 mod reading;
+mod results;
 mod samples;
 mod workpiece;
