@@ -90,7 +90,10 @@ fn the_result_tells_marks_and_figures() {
     assert!((slope - (2.5_f64 * 2.5 + 3.15 * 3.15).sqrt()).abs() < 0.25, "{slope}");
     for figure in ["pvr", "slope_rms", "band_rms"] {
         let told = &figures[figure];
-        assert!(number(&told["predicted"]) > 0.0 && number(&told["predicted"]) < number(&told["before"]), "{told}");
+        // The spot of 5 mm sigma takes the astigmatism off and cannot see the wave.
+        let ratio = number(&told["predicted"]) / number(&told["before"]);
+        let expected = if figure == "band_rms" { 0.9..1.1 } else { 0.1..0.95 };
+        assert!(expected.contains(&ratio), "{told}");
         assert!(["definition", "removed", "unit"].iter().all(|key| told[*key].is_string()), "{told}");
     }
     assert!(result["requirements"].as_array().unwrap().iter().all(|line| line["met"] == true));
