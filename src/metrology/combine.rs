@@ -26,6 +26,9 @@ pub struct Record {
     pub spread: Option<f64>,
 }
 
+/// Most pixels of all maps that are put together: eight of the largest, which is a gigabyte.
+const MOST_TOGETHER: u64 = 8 * MOST_PIXELS;
+
 /// Makes maps of the part.
 pub(super) struct Combine<'a> {
     pub workpiece: &'a Workpiece,
@@ -83,8 +86,18 @@ impl Combine<'_> {
                 Problem::error(codes::E0544, field, message).help("name two or more, or use the one map itself")
             );
         }
-        let one = |(i, error): (usize, &FormError)| self.within(&format!("{field}.{i}"), error, extent, warnings);
-        errors.iter().enumerate().map(one).collect()
+        let (mut all, mut pixels) = (Vec::new(), 0);
+        for (i, error) in errors.iter().enumerate() {
+            let one = self.within(&format!("{field}.{i}"), error, extent, warnings)?;
+            pixels += one.grid.values.len() as u64;
+            if pixels > MOST_TOGETHER {
+                let message = format!("the first {} maps have {pixels} pixels together", i + 1);
+                return Err(Problem::error(codes::E0547, format!("{field}.{i}"), message)
+                    .help(format!("bin the maps: at most {MOST_TOGETHER} pixels are put together")));
+            }
+            all.push(one);
+        }
+        Ok(all)
     }
 
     fn average(&mut self, average: &Average, extent: Extent, warnings: &mut Vec<Problem>) -> Result<Placed, Problem> {

@@ -105,6 +105,10 @@ pub(super) fn register(
             let message = format!("the mark `{}` is seen twice", mark.name);
             return Err(Problem::error(codes::E0530, field, message).help("give every mark one place in the picture"));
         }
+        if fiducials.iter().filter(|fiducial| fiducial.name == mark.name).count() > 1 {
+            let message = format!("the part has two marks that are called `{}`", mark.name);
+            return Err(Problem::error(codes::E0530, field, message).help("give every mark of the part its own name"));
+        }
         seen.push(declared([mark.column, mark.row]));
         known.push([fiducial.at.x.0, fiducial.at.y.0]);
     }

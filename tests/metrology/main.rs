@@ -10,6 +10,7 @@ mod influence;
 mod maps;
 mod placing;
 mod reading;
+mod results;
 mod samples;
 mod spots;
 mod workpiece;

@@ -237,6 +237,10 @@ fn marks_that_do_not_decide_are_refused() {
     assert_eq!(refused(&of_marks(marks.clone()), &files).1, "workpiece.error.fiducials.marks.2.name");
     marks[2].name = "A".into();
     assert_eq!(refused(&of_marks(marks), &files).1, "workpiece.error.fiducials.marks.2.name");
+    let mut named_twice = of_marks(shown.marks());
+    let first = named_twice.fiducials.as_ref().unwrap()[0].clone();
+    named_twice.fiducials.as_mut().unwrap().push(first);
+    assert_eq!(refused(&named_twice, &files).2, "the part has two marks that are called `A`");
     // Pixels of 1.1 mm that were stated as 1 mm.
     let smaller = Shown { scale: 1.0 / 1.1, ..shown };
     let (code, field, message) = refused(&with_marks(smaller.marks(), asked_map()), &files);
