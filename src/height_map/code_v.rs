@@ -18,7 +18,7 @@
 //! Source: *CODE V Reference Manual*, "Interferogram files", as the readers and writers of MetroPro and prysm have it.
 
 use super::metropro::WAVELENGTHS;
-use super::refusals::{impossible, unread, unreadable};
+use super::refusals::{impossible, unread, unreadable, within};
 use super::text::{self, shown};
 use super::{Format, RawMap, proved_pixels};
 use crate::diagnostics::Problem;
@@ -151,17 +151,13 @@ impl Words {
             }
         }
         let missing = |word: &str| impossible(name, format!("describes its grid without `{word}`"));
-        let within = |value: f64, (from, to): (f64, f64), word: &str| {
-            let message = || format!("says `{word}` with {value:e}, which cannot be");
-            if value >= from && value <= to { Ok(value) } else { Err(impossible(name, message())) }
-        };
         let [columns, rows] = size.ok_or_else(|| missing("GRD"))?;
         Ok(Words {
             columns,
             rows,
             quantity: quantity.ok_or_else(|| missing("SUR"))?,
-            wavelength: within(wavelength.ok_or_else(|| missing("WVL"))?, WAVELENGTHS, "WVL")?,
-            scale: within(scale.ok_or_else(|| missing("SSZ"))?, SCALES, "SSZ")?,
+            wavelength: within(name, "`WVL` in metres", wavelength.ok_or_else(|| missing("WVL"))?, WAVELENGTHS)?,
+            scale: within(name, "`SSZ`", scale.ok_or_else(|| missing("SSZ"))?, SCALES)?,
             no_data,
         })
     }

@@ -18,7 +18,7 @@
 use super::hdf5::{self, File};
 use super::length_unit;
 use super::metropro::{FACTORS, PITCHES, WAVELENGTHS, said_by_factor};
-use super::refusals::{impossible, unknown_unit, unread};
+use super::refusals::{impossible, unknown_unit, unread, within};
 use super::{Format, RawMap};
 use crate::diagnostics::Problem;
 use hdf5_reader::Dataset;
@@ -89,15 +89,10 @@ impl Attributes<'_> {
     }
 
     /// A number that may be missing but must be believable.
-    fn optional(&self, attribute: &str, (from, to): (f64, f64)) -> Result<Option<f64>, Problem> {
+    fn optional(&self, attribute: &str, range: (f64, f64)) -> Result<Option<f64>, Problem> {
         let Ok(found) = self.surface.attribute(attribute) else { return Ok(None) };
         match hdf5::number(&found) {
-            Some(value) if value >= from && value <= to => Ok(Some(value)),
-            Some(value) => {
-                let message =
-                    format!("says that the `{attribute}` is {value:e}, which is not within {from:e} .. {to:e}");
-                Err(impossible(self.name, message))
-            }
+            Some(value) => within(self.name, &format!("`{attribute}`"), value, range).map(Some),
             None => Err(impossible(self.name, format!("says a `{attribute}` that is no number"))),
         }
     }
@@ -116,11 +111,7 @@ impl Attributes<'_> {
         let parameters = hdf5::list(self.surface, part("Parameters")?).unwrap_or_default();
         match parameters.get(1).copied() {
             None | Some(0.0) => Ok(None),
-            Some(pitch) if pitch >= PITCHES.0 && pitch <= PITCHES.1 => Ok(Some(pitch)),
-            Some(pitch) => {
-                let message = format!("says that a pixel has {pitch:e} m, which is not within 1 nm .. 1 m");
-                Err(impossible(self.name, message))
-            }
+            Some(pitch) => within(self.name, &format!("pixel in `{attribute}`"), pitch, PITCHES).map(Some),
         }
     }
 }

@@ -6,6 +6,7 @@
 //! Source: NumPy Enhancement Proposal 1, "A Simple File Format for NumPy Arrays", and `numpy.lib.format`.
 
 use super::element::{Element, Kind};
+use super::refusals::no_map;
 use super::{Format, RawMap, proved_pixels};
 use crate::diagnostics::{Problem, codes};
 
@@ -39,7 +40,7 @@ pub fn read(bytes: &[u8], name: &str) -> Result<RawMap, Problem> {
     let header = std::str::from_utf8(text)
         .ok()
         .and_then(parse_header)
-        .ok_or_else(|| no_map(name, "has a header that does not describe a plain array".into()))?;
+        .ok_or_else(|| no_map(name, "has a header that does not describe a plain array"))?;
     let element = element(&header.descr).ok_or_else(|| {
         no_map(
             name,
@@ -166,9 +167,4 @@ fn quoted(text: &str) -> Option<(&str, &str)> {
 
 fn sizes(name: &str, what: String) -> Problem {
     Problem::error(codes::E0503, "file", format!("`{name}` {what}")).help("save the array again")
-}
-
-fn no_map(name: &str, what: String) -> Problem {
-    Problem::error(codes::E0505, "file", format!("`{name}` {what}"))
-        .help("save the heights alone as a two-dimensional array of floats")
 }

@@ -17,6 +17,14 @@ pub(super) fn impossible(name: &str, what: impl AsRef<str>) -> Problem {
     refusal(codes::E0504, name, what, "export the map from the instrument again")
 }
 
+/// The value, if it lies within what can be. E0504 names it by `what` if not, NaN among them.
+pub(super) fn within(name: &str, what: &str, value: f64, (from, to): (f64, f64)) -> Result<f64, Problem> {
+    if value >= from && value <= to {
+        return Ok(value);
+    }
+    Err(impossible(name, format!("says that its {what} is {value:e}, which is not within {from:e} .. {to:e}")))
+}
+
 /// E0505: an array that is no picture of real numbers.
 pub(super) fn no_map(name: &str, what: impl AsRef<str>) -> Problem {
     refusal(codes::E0505, name, what, "save the heights alone as a two-dimensional array of floats")

@@ -18,7 +18,7 @@
 
 use super::element::{Element, Kind};
 use super::metropro::PITCHES;
-use super::refusals::{impossible, sizes, unread, unreadable};
+use super::refusals::{impossible, sizes, unread, unreadable, within};
 use super::text;
 use super::{Content, Format, Profile, RawMap, proved_pixels};
 use crate::diagnostics::Problem;
@@ -60,16 +60,13 @@ impl Header {
         if self.check != 0 {
             return Err(unread(name, "has a check of its numbers that is not known", "save it with CheckType 0"));
         }
-        for (what, value, (from, to)) in [
-            ("Xscale", self.scales[0], PITCHES),
+        for (what, value, range) in [
+            ("`Xscale`", self.scales[0], PITCHES),
             // One line has no pitch across it.
-            ("Yscale", if self.profiles == 1 { PITCHES.1 } else { self.scales[1] }, PITCHES),
-            ("Zscale", self.scales[2], SCALES),
+            ("`Yscale`", if self.profiles == 1 { PITCHES.1 } else { self.scales[1] }, PITCHES),
+            ("`Zscale`", self.scales[2], SCALES),
         ] {
-            if !(value >= from && value <= to) {
-                let message = format!("says `{what}` with {value:e} m, which is not within {from:e} .. {to:e}");
-                return Err(impossible(name, message));
-            }
+            within(name, what, value, range)?;
         }
         Ok(pixels)
     }

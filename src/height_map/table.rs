@@ -116,8 +116,11 @@ pub fn read(text: &str, name: &str) -> Result<Content, Problem> {
         let message = format!("names {} columns and has {columns}", names.len());
         return Err(unreadable(name, message));
     }
+    if columns == 0 || values.len() < 2 * columns {
+        return Err(unreadable(name, "has one line of numbers, which is neither a map nor a profile"));
+    }
     match columns {
-        0 | 1 => Err(unreadable(name, "has one column of numbers, which is neither a map nor a profile")),
+        1 => Err(unreadable(name, "has one column of numbers, which is neither a map nor a profile")),
         2 => Ok(Content::Profile(profile(&values, &names))),
         3 => points(&values, &names, name).map(Content::Map),
         _ if !names.is_empty() => {

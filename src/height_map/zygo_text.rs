@@ -17,7 +17,7 @@
 //! Source: *MetroPro Reference Guide* (Zygo OMP-0347), chapters "ASCII data format" and "XYZ data format".
 
 use super::metropro::{FACTORS, INVALID, PITCHES, RESOLUTIONS, WAVELENGTHS, said_by_factor};
-use super::refusals::{impossible, sizes, unreadable};
+use super::refusals::{impossible, sizes, unreadable, within};
 use super::text::{self, shown};
 use super::{Format, RawMap, proved_pixels};
 use crate::diagnostics::Problem;
@@ -104,13 +104,9 @@ impl<'a> Header<'a> {
         self.lines.get(line - 1)?.split_whitespace().map(text::number).collect()
     }
 
-    fn within(&self, line: usize, place: usize, what: &str, (from, to): (f64, f64)) -> Result<f64, Problem> {
+    fn within(&self, line: usize, place: usize, what: &str, range: (f64, f64)) -> Result<f64, Problem> {
         match self.number(line, place) {
-            Some(value) if value >= from && value <= to => Ok(value),
-            Some(value) => {
-                let message = format!("says that its {what} is {value:e}, which is not within {from:e} .. {to:e}");
-                Err(impossible(self.name, message))
-            }
+            Some(value) => within(self.name, what, value, range),
             None => Err(impossible(self.name, format!("has no {what} in its line {line}"))),
         }
     }

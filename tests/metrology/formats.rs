@@ -173,7 +173,7 @@ fn code_v_that_is_no_map() {
     refused(&int("SUR ", ""), "E0504", "without `SUR`");
     refused(&int("WVL 0.5", ""), "E0504", "without `WVL`");
     refused(&int("SSZ 1000", "SSZ"), "E0504", "no scale after `SSZ`");
-    refused(&int("SSZ 1000", "SSZ 0"), "E0504", "`SSZ` with 0e0");
+    refused(&int("SSZ 1000", "SSZ 0"), "E0504", "its `SSZ` is 0e0");
     refused(&int("SUR", "SUR WFR"), "E0504", "says `WFR`, or what it excludes, twice");
     refused(&int("GRD 3 2", "GRD 3 3"), "E0503", "6 heights and should have 9");
     refused(&int("GRD 3 2", "GRD 3 -2"), "E0504", "a grid of 3 x -2");
@@ -247,7 +247,7 @@ fn x3p_with_all_types_of_numbers() {
     // One row is a profile.
     let line = X3p { size: (6, 1, 1), ..X3p::small() };
     let found = profile(&line.bytes());
-    assert_eq!((found.heights.len(), found.positions[5]), (6, 2.5e-6));
+    assert!(found.heights.len() == 6 && (found.positions[5] - 2.5e-6).abs() < 1e-18);
 }
 
 #[test]
@@ -282,7 +282,7 @@ fn x3p_that_is_not_read() {
     );
     refused(&replaced("<p:ISO5436_2", "<!DOCTYPE x [<!ENTITY a \"b\">]><p:ISO5436_2"), "E0518", "document type");
     refused(&replaced("<SizeX>3", "<SizeX>&a;"), "E0518", "entities of its own");
-    refused(&with(&|main: String| main[..main.len() - 20].to_string()), "E0503", "ends too soon");
+    refused(&with(&|main: String| main.replace("</p:ISO5436_2>", "")), "E0503", "ends too soon");
     refused(&with(&|_| "<a>".repeat(100_000)), "E0518", "without end");
     refused(&with(&|_| "not xml <".to_string()), "E0518", "no XML");
 }
@@ -300,7 +300,7 @@ fn sdf_in_text_and_in_bytes() {
     refused(&changed("NumPoints = 3\n", ""), "E0504", "no number `NumPoints`");
     refused(&changed("Compression = 0", "Compression = 1"), "E0513", "compressed");
     refused(&changed("CheckType = 0", "CheckType = 1"), "E0513", "a check of its numbers");
-    refused(&changed("Zscale = 1.0E-9", "Zscale = 0"), "E0504", "`Zscale` with 0e0");
+    refused(&changed("Zscale = 1.0E-9", "Zscale = 0"), "E0504", "its `Zscale` is 0e0");
     refused(&changed("4 BAD", "4 WORSE"), "E0515", "`WORSE` in line 14");
     refused(ascii.split("6\n*").next().unwrap().as_bytes(), "E0503", "a line `*` must end");
     for (code, size) in [(4, 1), (5, 2), (6, 4), (3, 4), (7, 8)] {
