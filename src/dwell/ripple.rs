@@ -154,7 +154,7 @@ mod tests {
 
     /// Parallel lines `pitch` apart over 70 mm, turned by `angle`, driven evenly.
     fn found(pitch: f64, angle: f64, footprint: &Footprint) -> Ripple {
-        let (s, c) = angle.sin_cos();
+        let (s, c) = libm::sincos(angle);
         let mut path = ToolPath::default();
         let lines = (70e-3 / pitch) as i32;
         for line in -lines / 2..=lines / 2 {
@@ -185,7 +185,7 @@ mod tests {
         let footprint = gaussian(PEAK, SIGMA, 6.0 * SIGMA);
         for (pitch, angle) in [(2.0 * SIGMA, 0.0), (2.0 * SIGMA, 0.6), (1.6 * SIGMA, PI / 2.0), (1.3 * SIGMA, 1.1)] {
             let found = found(pitch, angle, &footprint);
-            let amplitude = 2.0 * (-2.0 * PI * PI * SIGMA * SIGMA / (pitch * pitch)).exp() * mean(&footprint, pitch);
+            let amplitude = 2.0 * libm::exp(-2.0 * PI * PI * SIGMA * SIGMA / (pitch * pitch)) * mean(&footprint, pitch);
             let expected = amplitude / 2f64.sqrt();
             assert!((found.rms - expected).abs() < 0.03 * expected, "{pitch} {angle}: {} {expected}", found.rms);
             assert_eq!(found.period, pitch);
@@ -206,7 +206,7 @@ mod tests {
             let step = radius / f64::from(n);
             let part = |k: i32| {
                 let r = (f64::from(k) + 0.5) * step;
-                r * PEAK * (-r * r / (2.0 * SIGMA * SIGMA)).exp() * libm::j0(TAU * f * r)
+                r * PEAK * libm::exp(-r * r / (2.0 * SIGMA * SIGMA)) * libm::j0(TAU * f * r)
             };
             TAU * step * (0..n).map(part).sum::<f64>()
         };

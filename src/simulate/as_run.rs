@@ -6,7 +6,7 @@
 //! What a log cannot say: how hard the tool pressed, whether the process ran, what happened between two samples. Positions
 //! are those of the point that was recorded; an error of the frame that it was recorded in is an error of the removal map.
 
-use super::contact::{Stand, foot_on, truncate};
+use super::contact::{Foot, Stand, foot_on, truncate};
 use super::follow::{Followed, Way, follow};
 use super::log::Log;
 use crate::diagnostics::{Problem, codes};
@@ -95,9 +95,8 @@ pub fn as_run(log: &Log, plan: &Plan, stand: &Stand) -> Result<AsRun, Problem> {
     let n = log.time.len();
     let mut run = AsRun { samples: n, duration: log.time[n - 1] - log.time[0], ..AsRun::default() };
     run.interval = median(log.time.windows(2).map(|pair| pair[1] - pair[0]));
-    let feet: Vec<Option<([f64; 3], [f64; 3], f64)>> =
-        log.position.iter().map(|p| foot_on(stand.surface, *p)).collect();
-    run.height = median(feet.iter().flatten().map(|foot| foot.2));
+    let feet: Vec<Option<Foot>> = log.position.iter().map(|p| foot_on(stand.surface, *p)).collect();
+    run.height = median(feet.iter().flatten().map(|foot| foot.height));
     let reach = stand.standoff.abs() + LIFTED;
     // Written so that a height that is no number is refused.
     if !(run.height.abs() <= reach) {
@@ -109,8 +108,9 @@ pub fn as_run(log: &Log, plan: &Plan, stand: &Stand) -> Result<AsRun, Problem> {
         return Err(another_frame(message));
     }
     let on: Vec<bool> =
-        feet.iter().map(|foot| foot.is_some_and(|(.., height)| (height - run.height).abs() <= LIFTED)).collect();
-    let places: Vec<[f64; 2]> = feet.iter().map(|foot| foot.map_or([f64::NAN; 2], |(c, ..)| [c[0], c[1]])).collect();
+        feet.iter().map(|foot| foot.is_some_and(|foot| (foot.height - run.height).abs() <= LIFTED)).collect();
+    let places: Vec<[f64; 2]> =
+        feet.iter().map(|foot| foot.map_or([f64::NAN; 2], |foot| [foot.contact[0], foot.contact[1]])).collect();
     let way = Way::new(plan.timed, stand.standoff, plan.acceleration);
     let followed = follow(&way, &places, &on, plan.sigma);
     on_the_path(&mut run, &followed, &places, &on, plan)?;
@@ -217,18 +217,12 @@ fn holes(run: &mut AsRun, log: &Log, places: &[[f64; 2]], on: &[bool], plan: &Pl
 }
 
 /// The way of the contact, in stretches without lifting and without holes.
-fn contact(
-    log: &Log,
-    feet: &[Option<([f64; 3], [f64; 3], f64)>],
-    on: &[bool],
-    holes: &[bool],
-    sigma: f64,
-) -> TimedPath {
+fn contact(log: &Log, feet: &[Option<Foot>], on: &[bool], holes: &[bool], sigma: f64) -> TimedPath {
     let least = STANDING * sigma;
     let mut timed = TimedPath::default();
     let mut i = 0;
     while i < feet.len() {
-        let Some((place, normal, _)) = feet[i].filter(|_| on[i]) else {
+        let Some(Foot { contact: place, normal, .. }) = feet[i].filter(|_| on[i]) else {
             i += 1;
             continue;
         };
@@ -246,7 +240,7 @@ fn contact(
         };
         i += 1;
         while i < feet.len() && on[i] && !holes[i] {
-            let Some((place, normal, _)) = feet[i] else { break };
+            let Some(Foot { contact: place, normal, .. }) = feet[i] else { break };
             let square: f64 = (0..3).map(|k| (place[k] - kept[k]) * (place[k] - kept[k])).sum();
             if square >= least * least {
                 push(&mut timed, place, normal, kept, log.time[i] - since);
@@ -382,7 +376,7 @@ fn missing(run: &mut AsRun, followed: &Followed, holes: &[bool], way: &Way, plan
     }
     told.sort_by(|a, b| a[0].total_cmp(&b[0]));
     let (mut whole, mut known, mut next) = (0.0, 0.0, 0);
-    for i in 1..way.len() {
+    for i in 1..way.nodes() {
         let (a, b) = (way.length[i - 1], way.length[i]);
         let middle = [(way.x[i - 1] + way.x[i]) / 2.0, (way.y[i - 1] + way.y[i]) / 2.0];
         if !(b > a && plan.clear.contains(middle[0], middle[1])) {

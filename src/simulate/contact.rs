@@ -42,9 +42,20 @@ pub struct Contact {
     pub too_fast: usize,
 }
 
-/// The contact of a tool at `position` with its +z along `axis`: the foot on the surface along the tool's axis, the height
-/// of the tool above its nominal stand, its lean. `None` where the form does not exist.
-fn foot(stand: &Stand, position: [f64; 3], axis: [f64; 3]) -> Option<([f64; 3], [f64; 3], f64, f64)> {
+/// A place over the surface.
+#[derive(Clone, Copy, Debug)]
+pub struct Foot {
+    /// Below it on the surface, metres.
+    pub contact: [f64; 3],
+    /// Outward unit normal there.
+    pub normal: [f64; 3],
+    /// Of the place above the surface along the normal, metres.
+    pub height: f64,
+}
+
+/// The foot along its own axis of a tool at `position` with its +z along `axis`, whose height is that above its nominal
+/// stand; beside it how far the tool leans, radians. `None` where the form does not exist.
+fn foot_of_tool(stand: &Stand, position: [f64; 3], axis: [f64; 3]) -> Option<(Foot, f64)> {
     let tip = [0, 1, 2].map(|k| position[k] + stand.standoff * axis[k]);
     let point = stand.surface.at(tip[0], tip[1])?;
     let normal = point.normal();
@@ -57,26 +68,23 @@ fn foot(stand: &Stand, position: [f64; 3], axis: [f64; 3]) -> Option<([f64; 3], 
         axis[0] * normal[1] - axis[1] * normal[0],
     ];
     let sine = cross.iter().map(|c| c * c).sum::<f64>().sqrt();
-    Some(([tip[0], tip[1], point.sag], normal, height, libm::atan2(sine, dot)))
+    Some((Foot { contact: [tip[0], tip[1], point.sag], normal, height }, libm::atan2(sine, dot)))
 }
 
-/// The foot of a place on the surface along its normal: the contact, the normal, the height above it. `None` where the
-/// form does not exist.
-pub fn foot_on(surface: &dyn Surface, position: [f64; 3]) -> Option<([f64; 3], [f64; 3], f64)> {
+/// The foot of a place on the surface along the normal. `None` where the form does not exist.
+pub fn foot_on(surface: &dyn Surface, position: [f64; 3]) -> Option<Foot> {
     let [mut x, mut y, z] = position;
     let mut found = None;
     // Each step leaves the height times the change of the normal over the last step: after three a place 1 mm over a ball of
     // 20 mm radius is found to a tenth of a micrometre.
-    for _ in 0..if surface.is_plane() { 1 } else { 3 } {
+    let steps = if surface.is_plane() { 1 } else { 4 };
+    for _ in 0..steps {
         let point = surface.at(x, y)?;
         let normal = point.normal();
         let d = [position[0] - x, position[1] - y, z - point.sag];
         let height = (0..3).map(|k| d[k] * normal[k]).sum::<f64>();
-        found = Some(([x, y, point.sag], normal, height));
+        found = Some(Foot { contact: [x, y, point.sag], normal, height });
         (x, y) = (position[0] - height * normal[0], position[1] - height * normal[1]);
-    }
-    if let (Some((contact, ..)), false) = (&mut found, surface.is_plane()) {
-        *contact = [x, y, surface.at(x, y)?.sag];
     }
     found
 }
@@ -91,11 +99,11 @@ pub fn of_trace(trace: &Trace, stand: &Stand, acceleration: f64) -> Result<Conta
     let mut before = false;
     let mut first = 0;
     for i in 0..trace.len() {
-        let foot = foot(stand, trace.position[i], trace.axis[i]);
+        let foot = foot_of_tool(stand, trace.position[i], trace.axis[i]);
         let on = match foot {
             None => false,
-            Some((_, _, height, _)) if height >= stand.lifted => false,
-            Some((contact, _, height, lean)) => {
+            Some((Foot { height, .. }, _)) if height >= stand.lifted => false,
+            Some((Foot { contact, height, .. }, lean)) => {
                 let over_the_part = stand.edge.distance(contact[0], contact[1]) >= -stand.reach;
                 // Written so that a height that is no number is refused.
                 if over_the_part && !(height.abs() <= CONTACT) {
@@ -125,7 +133,7 @@ pub fn of_trace(trace: &Trace, stand: &Stand, acceleration: f64) -> Result<Conta
         }
         let comes_down = on && !before && straight;
         before = on;
-        let Some((contact, normal, ..)) = foot.filter(|_| on) else { continue };
+        let Some((Foot { contact, normal, .. }, _)) = foot.filter(|_| on) else { continue };
         found.timed.path.points.push(contact, normal);
         found.timed.speed.push(trace.speed[i]);
         if comes_down {

@@ -84,18 +84,14 @@ impl Way {
         way
     }
 
-    pub fn len(&self) -> usize {
+    /// Number of its nodes.
+    pub fn nodes(&self) -> usize {
         self.x.len()
-    }
-
-    /// Length of the whole way, metres.
-    pub fn whole(&self) -> f64 {
-        self.length.last().copied().unwrap_or(0.0)
     }
 
     /// Place and planned time at a length along the way.
     pub fn at(&self, length: f64) -> ([f64; 2], f64) {
-        let b = self.length.partition_point(|l| *l < length).clamp(1, self.len().max(2) - 1);
+        let b = self.length.partition_point(|l| *l < length).clamp(1, self.nodes().max(2) - 1);
         let a = b - 1;
         let step = self.length[b] - self.length[a];
         let t = if step > 0.0 { ((length - self.length[a]) / step).clamp(0.0, 1.0) } else { 0.0 };
@@ -152,7 +148,7 @@ pub struct Followed {
 pub fn follow(way: &Way, places: &[[f64; 2]], on: &[bool], tolerance: f64) -> Followed {
     let n = places.len();
     let mut found = Followed { length: vec![f64::NAN; n], beside: vec![f64::NAN; n] };
-    if way.len() < 2 {
+    if way.nodes() < 2 {
         return found;
     }
     // The last sample that was on the way, and where.
@@ -204,7 +200,7 @@ fn ahead(way: &Way, p: [f64; 2], last: Place, moved: f64, tolerance: f64) -> Opt
         first -= 1;
     }
     let mut best: Option<(f64, Place)> = None;
-    for i in first.max(1)..way.len() {
+    for i in first.max(1)..way.nodes() {
         if way.length[i - 1] > high {
             break;
         }
@@ -230,7 +226,7 @@ fn search(way: &Way, places: &[[f64; 2]], on: &[bool], i: usize, from: f64, tole
     let judged: Vec<usize> = (i..places.len()).take_while(|k| on[*k]).take(JUDGED).collect();
     let mut best: Option<(f64, Place)> = None;
     let mut looked = 0;
-    for segment in 1..way.len() {
+    for segment in 1..way.nodes() {
         let near = |a: f64, b: f64, p: f64| p >= a.min(b) - tolerance && p <= a.max(b) + tolerance;
         if !way.joined[segment]
             || way.length[segment] < from
