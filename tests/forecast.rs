@@ -6,7 +6,7 @@ use polishc::dwell::{Footprint, Outcome, SpeedSteps, Standing, Task, TimedPath, 
 use polishc::forecast::{Expected, Run, expect, prospect};
 use polishc::height_map::Grid;
 use polishc::job::*;
-use polishc::path::{ToolPath, raster};
+use polishc::path::{self, Setting, ToolPath};
 use polishc::tool::InfluenceFunction;
 use polishc::units::si::*;
 use std::f64::consts::PI;
@@ -74,8 +74,18 @@ impl Case {
             lines: Lines::serpentine,
             chord_error: Length(1e-5),
             holes: None,
+            passes: None,
+            landing: None,
         };
-        raster::plan(&raster, &Plane {}, 1_000_000).expect("a path")
+        let setting = Setting {
+            edge: &self.edge,
+            clear: &self.clear,
+            surface: &Plane {},
+            most_points: 1_000_000,
+            line_points: usize::MAX,
+            measured: None,
+        };
+        path::plan(&Path::raster(raster), &setting).expect("a path")
     }
 
     fn task(&self) -> Task<'_> {
