@@ -137,29 +137,31 @@ impl Padded {
 
 /// RMS, about the mean, of what the tool's band does not follow, and of what the widest band does not.
 fn left_by_bands(field: &Field, footprint: &Footprint) -> [f64; 2] {
-    // The band of a Gaussian ends at 2.9 sigma, the widest at 2.1: six and four of these pixels. Averaging over a pixel lowers
-    // ripples there by 5 % and 9 %.
-    let coarse = field.binned(footprint.sigma / 2.0);
+    // The band of a Gaussian ends at 2.9 sigma, the widest at 2.1: six and four of these pixels.
+    let side = footprint.sigma / 2.0;
+    let coarse = field.binned(side);
     let padded = Padded::of(&coarse.window, footprint);
     let weights = padded.pad(&coarse.weights, &coarse.window);
-    let mut left = padded.pad(&coarse.values, &coarse.window);
-    let mut followed = vec![0.0; left.len()];
-    let mut follow = |stages: &[(f64, i32)]| {
-        for &(share, power) in stages {
-            take_mean(&mut left, &weights);
-            let shape = move |h: f64| if h < share { 0.0 } else { libm::pow(h, f64::from(power)) };
-            fit(&mut padded.filter(shape), &weights, &mut left, &mut followed);
-        }
-        // On the map's own pixels, which may be finer.
+    let mut followed = vec![0.0; padded.kernel.len()];
+    // What is left, on the map's own pixels: the mean over a coarse one that lies half outside is not the form in its middle.
+    let left = |followed: &[f64]| {
         let mut left: Vec<f64> = (0..field.values.len())
             .map(|i| match field.weights[i] > 0.0 {
-                true => field.values[i] - padded.read(&followed, &coarse.window, field.window.position(i)),
+                true => field.values[i] - padded.read(followed, &coarse.window, field.window.position(i)),
                 false => 0.0,
             })
             .collect();
         take_mean(&mut left, &field.weights);
-        let weight: f64 = field.weights.iter().sum();
-        (dot(&left, &left, Some(&field.weights)) / weight).sqrt()
+        field.with_values(left)
+    };
+    let mut follow = |stages: &[(f64, i32)]| {
+        for &(share, power) in stages {
+            let mut left = padded.pad(&left(&followed).binned(side).values, &coarse.window);
+            take_mean(&mut left, &weights);
+            let shape = move |h: f64| if h < share { 0.0 } else { libm::pow(h, f64::from(power)) };
+            fit(&mut padded.filter(shape), &weights, left, &mut followed);
+        }
+        left(&followed).rms()
     };
     [follow(&STAGES), follow(&LAST_STAGES)]
 }
@@ -172,11 +174,11 @@ fn take_mean(values: &mut [f64], weights: &[f64]) {
     }
 }
 
-/// Takes from `left`, and adds to `followed`, what [`STEPS`] steps of conjugate gradients find: min over x of
-/// `Σ w (left - A x)²`, A the filter, which is its own transpose.
-fn fit(filter: &mut Convolution, weights: &[f64], left: &mut [f64], followed: &mut [f64]) {
+/// Adds to `followed` what [`STEPS`] steps of conjugate gradients find of `left`: min over x of `Σ w (left - A x)²`, A the
+/// filter, which is its own transpose.
+fn fit(filter: &mut Convolution, weights: &[f64], mut left: Vec<f64>, followed: &mut [f64]) {
     let weighted = |values: &[f64]| -> Vec<f64> { values.iter().zip(weights).map(|(v, w)| v * w).collect() };
-    let mut gradient = weighted(left);
+    let mut gradient = weighted(&left);
     filter.convolve(&mut gradient);
     let mut direction = gradient.clone();
     let mut square = dot(&gradient, &gradient, None);
@@ -193,7 +195,7 @@ fn fit(filter: &mut Convolution, weights: &[f64], left: &mut [f64], followed: &m
             *followed += length * moved;
         }
         // The gradient anew, so that rounding does not pile up.
-        gradient = weighted(left);
+        gradient = weighted(&left);
         filter.convolve(&mut gradient);
         let next = dot(&gradient, &gradient, None);
         for (direction, gradient) in direction.iter_mut().zip(&gradient) {
