@@ -6,7 +6,7 @@ use polishc::dwell::{Footprint, SpeedSteps, Task, solve};
 use polishc::forecast::{Run, expect, prospect};
 use polishc::height_map::Grid;
 use polishc::job::*;
-use polishc::path::{ToolPath, raster};
+use polishc::path::{self, Setting, ToolPath};
 use polishc::tool::InfluenceFunction;
 use polishc::units::si::*;
 
@@ -35,7 +35,9 @@ fn example() -> Example {
         direction: Angle(0.0),
         lines: Lines::serpentine,
         chord_error: mm(0.01),
-        holes: None,
+        holes: Some(Crossing::cross(Cross { process: OnOff::on })),
+        passes: None,
+        landing: None,
     };
     let ring = |outer: f64, inner: f64| {
         Aperture::annulus(Annulus { outer_diameter: mm(outer), inner_diameter: mm(inner), centre: None })
@@ -47,11 +49,20 @@ fn example() -> Example {
             60.0 * (x * x - y * y) + 40.0 * (3.0 * x * x + 2.0 * y * y) * x + 25.0 * libm::sin(9.0 * x + 4.0 * y * y);
         error.values.push(form * 1e-9);
     }
+    let (clear, edge) = (ring(323.0, 70.0), ring(340.0, 60.0));
+    let setting = Setting {
+        edge: &edge,
+        clear: &clear,
+        surface: &Plane {},
+        most_points: 100_000,
+        line_points: usize::MAX,
+        measured: None,
+    };
     Example {
-        path: raster::plan(&raster, &Plane {}, 100_000).expect("a path"),
+        path: path::plan(&Path::raster(raster), &setting).expect("a path"),
         error,
-        clear: ring(323.0, 70.0),
-        edge: ring(340.0, 60.0),
+        clear,
+        edge,
         influence: InfluenceFunction::gaussian(30e-9, 4e-3, 16e-3).expect("an influence function"),
         dwell: Corrective {
             removal_fraction: 0.8,

@@ -76,6 +76,12 @@ impl Field {
         Ok(field)
     }
 
+    /// The same pixels and weights with other values.
+    pub fn with_values(&self, values: Vec<f64>) -> Field {
+        let weights = self.weights.clone();
+        Field { window: self.window, values, weights, corner: self.corner, map_columns: self.map_columns }
+    }
+
     /// Index in the map's values of pixel `i` of the window.
     pub fn place_in_map(&self, i: usize) -> usize {
         (self.corner[1] + i / self.window.columns) * self.map_columns + self.corner[0] + i % self.window.columns

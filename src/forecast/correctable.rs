@@ -15,6 +15,7 @@ use crate::dwell::Footprint;
 use crate::dwell::field::Field;
 use crate::dwell::removal::Window;
 use crate::fourier::{Convolution, good_length};
+use rayon::prelude::*;
 
 /// The transfer below which a ripple counts as finer than the tool. No dwell is negative, so no dwell can be more rippled than
 /// once up and down about its mean: to take off a ripple of height a where the transfer is h, a layer of at least a/h goes
@@ -99,30 +100,29 @@ impl Padded {
         Convolution::shaped(self.rows, self.columns, &self.kernel, |[re, im]| [shape(libm::hypot(re, im)), 0.0])
     }
 
-    /// `grid` at a place in the part, the window in its corner; between pixels by cubic convolution (R. Keys, "Cubic convolution
-    /// interpolation for digital image processing", IEEE Trans. ASSP 29 (1981), a = -1/2).
-    fn read(&self, grid: &[f64], window: &Window, place: [f64; 2]) -> f64 {
-        let split = |axis: usize| {
-            let at = (place[axis] - window.origin[axis]) / window.pixel[axis];
-            let t = at - at.floor();
-            let (t2, t3) = (t * t, t * t * t);
-            let weights = [
-                0.5 * (-t3 + 2.0 * t2 - t),
-                0.5 * (3.0 * t3 - 5.0 * t2 + 2.0),
-                0.5 * (-3.0 * t3 + 4.0 * t2 + t),
-                0.5 * (t3 - t2),
-            ];
-            (at.floor() as i64 - 1, weights)
+    /// `grid`, in the corner of which lies the window `coarse`, on the pixels of `fine`: between pixels by cubic convolution (R. Keys,
+    /// "Cubic convolution interpolation for digital image processing", IEEE Trans. ASSP 29 (1981), a = -1/2).
+    fn read(&self, grid: &[f64], coarse: &Window, fine: &Window) -> Vec<f64> {
+        // The four pixels around each of the fine ones along an axis, with their weights.
+        let taps = |axis: usize, count: usize, length: usize| -> Vec<[(usize, f64); 4]> {
+            let tap = |k: usize| {
+                let at = (fine.origin[axis] + k as f64 * fine.pixel[axis] - coarse.origin[axis]) / coarse.pixel[axis];
+                let first = at.floor() as i64 - 1;
+                let weights = keys(at - at.floor());
+                [0, 1, 2, 3].map(|i| ((first + i as i64).rem_euclid(length as i64) as usize, weights[i]))
+            };
+            (0..count).map(tap).collect()
         };
-        let ((column, across), (row, down)) = (split(0), split(1));
-        let mut sum = 0.0;
-        for (dr, down) in down.iter().enumerate() {
-            let row = (row + dr as i64).rem_euclid(self.rows as i64) as usize * self.columns;
-            for (dc, across) in across.iter().enumerate() {
-                sum += down * across * grid[row + (column + dc as i64).rem_euclid(self.columns as i64) as usize];
+        let (across, down) = (taps(0, fine.columns, self.columns), taps(1, fine.rows, self.rows));
+        let mut values = vec![0.0; fine.len()];
+        values.par_chunks_mut(fine.columns.max(1)).zip(&down).for_each(|(values, down)| {
+            let row = |column: usize| down.iter().map(|(row, weight)| weight * grid[row * self.columns + column]).sum();
+            let line: Vec<f64> = (0..self.columns).map(row).collect();
+            for (value, across) in values.iter_mut().zip(&across) {
+                *value = across.iter().map(|(column, weight)| weight * line[*column]).sum();
             }
-        }
-        sum
+        });
+        values
     }
 
     /// `values` of the window in the grid's corner, zero elsewhere.
@@ -137,31 +137,37 @@ impl Padded {
 
 /// RMS, about the mean, of what the tool's band does not follow, and of what the widest band does not.
 fn left_by_bands(field: &Field, footprint: &Footprint) -> [f64; 2] {
-    // The band of a Gaussian ends at 2.9 sigma, the widest at 2.1: six and four of these pixels. Averaging over a pixel lowers
-    // ripples there by 5 % and 9 %.
-    let coarse = field.binned(footprint.sigma / 2.0);
+    // The band of a Gaussian ends at 2.9 sigma, the widest at 2.1: six and four of these pixels.
+    let side = footprint.sigma / 2.0;
+    let coarse = field.binned(side);
     let padded = Padded::of(&coarse.window, footprint);
     let weights = padded.pad(&coarse.weights, &coarse.window);
-    let mut left = padded.pad(&coarse.values, &coarse.window);
-    let mut followed = vec![0.0; left.len()];
+    let mut followed = vec![0.0; padded.kernel.len()];
+    // What is left, on the map's own pixels: the mean over a coarse one that lies half outside is not the form in its middle.
+    let left = |followed: &[f64]| {
+        let mut left = padded.read(followed, &coarse.window, &field.window);
+        for (left, value) in left.iter_mut().zip(&field.values) {
+            *left = value - *left;
+        }
+        take_mean(&mut left, &field.weights);
+        field.with_values(left)
+    };
     let mut follow = |stages: &[(f64, i32)]| {
         for &(share, power) in stages {
+            let mut left = padded.pad(&left(&followed).binned(side).values, &coarse.window);
             take_mean(&mut left, &weights);
             let shape = move |h: f64| if h < share { 0.0 } else { libm::pow(h, f64::from(power)) };
-            fit(&mut padded.filter(shape), &weights, &mut left, &mut followed);
+            fit(&mut padded.filter(shape), &weights, left, &mut followed);
         }
-        // On the map's own pixels, which may be finer.
-        let mut left: Vec<f64> = (0..field.values.len())
-            .map(|i| match field.weights[i] > 0.0 {
-                true => field.values[i] - padded.read(&followed, &coarse.window, field.window.position(i)),
-                false => 0.0,
-            })
-            .collect();
-        take_mean(&mut left, &field.weights);
-        let weight: f64 = field.weights.iter().sum();
-        (dot(&left, &left, Some(&field.weights)) / weight).sqrt()
+        left(&followed).rms()
     };
     [follow(&STAGES), follow(&LAST_STAGES)]
+}
+
+/// Weights of the pixels before, at, behind and two behind a place, `t` behind the second.
+fn keys(t: f64) -> [f64; 4] {
+    let (t2, t3) = (t * t, t * t * t);
+    [0.5 * (-t3 + 2.0 * t2 - t), 0.5 * (3.0 * t3 - 5.0 * t2 + 2.0), 0.5 * (-3.0 * t3 + 4.0 * t2 + t), 0.5 * (t3 - t2)]
 }
 
 fn take_mean(values: &mut [f64], weights: &[f64]) {
@@ -172,11 +178,11 @@ fn take_mean(values: &mut [f64], weights: &[f64]) {
     }
 }
 
-/// Takes from `left`, and adds to `followed`, what [`STEPS`] steps of conjugate gradients find: min over x of
-/// `Σ w (left - A x)²`, A the filter, which is its own transpose.
-fn fit(filter: &mut Convolution, weights: &[f64], left: &mut [f64], followed: &mut [f64]) {
+/// Adds to `followed` what [`STEPS`] steps of conjugate gradients find of `left`: min over x of `Σ w (left - A x)²`, A the
+/// filter, which is its own transpose.
+fn fit(filter: &mut Convolution, weights: &[f64], mut left: Vec<f64>, followed: &mut [f64]) {
     let weighted = |values: &[f64]| -> Vec<f64> { values.iter().zip(weights).map(|(v, w)| v * w).collect() };
-    let mut gradient = weighted(left);
+    let mut gradient = weighted(&left);
     filter.convolve(&mut gradient);
     let mut direction = gradient.clone();
     let mut square = dot(&gradient, &gradient, None);
@@ -193,7 +199,7 @@ fn fit(filter: &mut Convolution, weights: &[f64], left: &mut [f64], followed: &m
             *followed += length * moved;
         }
         // The gradient anew, so that rounding does not pile up.
-        gradient = weighted(left);
+        gradient = weighted(&left);
         filter.convolve(&mut gradient);
         let next = dot(&gradient, &gradient, None);
         for (direction, gradient) in direction.iter_mut().zip(&gradient) {

@@ -133,7 +133,7 @@ fn warn(task: &Task, footprint: &Footprint, prospect: &Prospect, highest: f64, w
         Piston::held(_) => ("dwell.piston", "no layer", task.dwell.removal_fraction * highest),
     };
     // A floor below the whole layer is refused by the solver, with better words.
-    let floor = floor_depth(footprint.volume_rate, task.dwell.feed.to.0, task.line_pitch);
+    let floor = task.passes as f64 * floor_depth(footprint.volume_rate, task.dwell.feed.to.0, task.line_pitch);
     if floor <= deepest && reach.excess_rms > prospect.best_rms {
         let [x, y] = reach.excess_place;
         let message = format!(

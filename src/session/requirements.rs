@@ -77,15 +77,19 @@ impl Planned {
     fn reasons_of_best(&self) -> String {
         let Some(prospect) = &self.prospect else { return String::new() };
         let crate::job::Dwell::corrective(dwell) = &self.job.dwell;
-        let kept = (1.0 - dwell.removal_fraction) * prospect.correctable.rms;
+        let correctable = &prospect.correctable;
         let finer = format!(
-            "{:.3} nm RMS of the error have periods below {:.2} mm, finer than the tool can follow",
-            prospect.correctable.finer_rms * 1e9,
-            prospect.correctable.period * 1e3
+            "{:.3} nm RMS of the error have periods below {:.2} mm and cost ten times their height in glass; {:.3} nm of them no \
+             run follows",
+            correctable.finer_rms * 1e9,
+            correctable.period * 1e3,
+            correctable.least_rms * 1e9
         );
-        if kept > 0.0 {
-            let percent = (1.0 - dwell.removal_fraction) * 1e2;
-            format!("{finer}; {:.3} nm RMS are the {percent:.0} % that `removal_fraction` leaves", kept * 1e9)
+        let left = 1.0 - dwell.removal_fraction;
+        if left > 0.0 {
+            let all = prospect.before_rms * prospect.before_rms - correctable.least_rms * correctable.least_rms;
+            let kept = left * all.max(0.0).sqrt();
+            format!("{finer}; {:.3} nm RMS are the {:.0} % that `removal_fraction` leaves", kept * 1e9, left * 1e2)
         } else {
             finer
         }
