@@ -48,7 +48,7 @@ pub const SAME: f64 = 0.01;
 
 impl Scene<'_> {
     fn footprint(&self) -> Footprint<'_> {
-        let mut footprint = Footprint::of(&self.influence.parts[0], self.influence.azimuth);
+        let mut footprint = Footprint::over(self.influence, self.influence.azimuth);
         footprint.standoff = self.standoff;
         footprint
     }

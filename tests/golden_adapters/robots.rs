@@ -138,7 +138,7 @@ fn tool_pose(input: &Value, expected: &Value, _: &Value) -> Result<Value, String
         "centre": position_mm(&pose),
         "quat_wxyz": same_side(frames::wxyz(&pose.rotation), &expected["quat_wxyz"])?,
         "abc_deg": abc_deg(&matrix, &expected["abc_deg"])?,
-        "shaft_dir": [0, 1, 2].map(|i| -matrix[i][2]),
+        "shaft_dir": ([0, 1, 2].map(|i| -matrix[i][2])),
         "contact_radius_mm": circle.radius * 1e3,
     }))
 }
