@@ -47,16 +47,16 @@ fn words(more: &[(&'static str, &'static str)]) -> Vec<(&'static str, &'static s
     [&COARSE[..], more].concat()
 }
 
-fn good(done: &mut Compilation, files: &MemoryFiles, of: &Of) -> Simulation {
-    let found = simulate(done, files, of);
+fn good(done: &mut Compilation, of: &Of) -> Simulation {
+    let found = simulate(done, of);
     assert!(!done.failed(), "{:?}", done.diagnostics);
     found.expect("a simulation")
 }
 
 /// The codes of errors (or of warnings) that a simulation says.
-fn codes(done: &mut Compilation, files: &MemoryFiles, of: &Of, severity: Severity) -> Vec<String> {
+fn codes(done: &mut Compilation, of: &Of, severity: Severity) -> Vec<String> {
     done.diagnostics.clear();
-    simulate(done, files, of);
+    simulate(done, of);
     let of = |d: &&Diagnostic| d.severity == severity;
     done.diagnostics.iter().filter(of).map(|d| d.code.as_str().to_string()).collect()
 }
@@ -92,7 +92,7 @@ fn the_text_of_a_program_removes_what_was_planned() {
     for (name, words) in cases {
         let files = files(&words);
         let mut done = compile(&files, Until::Program);
-        let found = good(&mut done, &files, &Of::Job);
+        let found = good(&mut done, &Of::Job);
         assert_eq!(found.result.of, "program", "{name}");
         let plan = done.jobs[0].dwell.as_ref().expect("a plan");
         let difference = simulate::difference(&plan.removal, &found.outcome.removal);
@@ -120,11 +120,11 @@ fn a_job_without_a_robot_gives_its_plan() {
         [("trial/trial.polish".to_string(), text.into_bytes()), ("trial/map.npy".to_string(), map())].into(),
     );
     let mut done = compile(&files, Until::Program);
-    let found = good(&mut done, &files, &Of::Job);
+    let found = good(&mut done, &Of::Job);
     assert_eq!(found.result.of, "plan");
     assert!(found.result.against_plan.is_none());
     assert_eq!(found.outcome.removal.values.len(), done.jobs[0].dwell.as_ref().expect("a plan").removal.values.len());
-    let none = codes(&mut done, &files, &Of::Program(&Program::default()), Severity::Error);
+    let none = codes(&mut done, &Of::Program(&Program::default()), Severity::Error);
     assert_eq!(none, ["E0905"]);
 }
 
@@ -187,7 +187,7 @@ fn an_edited_speed_removes_by_its_time() {
     let (u, v, w) = (moves[i - 1].speed, moves[i].speed, moves[i + 1].speed);
     let slow = (v / 4.0 * 1e3).round() / 1e3;
     let slower = edited(&ours, &moves[i], |line| line.replacen(&format!("],[{v},"), &format!("],[{slow},"), 1));
-    let found = good(&mut done, &files, &Of::Program(&slower));
+    let found = good(&mut done, &Of::Program(&slower));
     let plan = done.jobs[0].dwell.as_ref().expect("a plan");
     let longer = seconds(u, slow) + seconds(slow, w) - seconds(u, v) - seconds(v, w);
     let expected = volume_rate() * longer;
@@ -218,7 +218,7 @@ fn a_stop_put_into_a_line_removes_more() {
     let i = middle(&moves);
     let (v, w) = (moves[i].speed, moves[i + 1].speed);
     let stopping = edited(&ours, &moves[i], |line| line.replacen(",z0,", ",fine,", 1));
-    let found = good(&mut done, &files, &Of::Program(&stopping));
+    let found = good(&mut done, &Of::Program(&stopping));
     let plan = done.jobs[0].dwell.as_ref().expect("a plan");
     let longer = v / (2.0 * ACCELERATION) + seconds(0.0, w) - seconds(v, w);
     let expected = volume_rate() * longer;
@@ -235,7 +235,7 @@ fn a_speed_that_the_arm_does_not_reach_is_told() {
     let one = &moves[middle(&moves)];
     // To 200 mm/s from some 10 mm/s takes 40 mm at 500 mm/s²; the move has 2.
     let fast = edited(&ours, one, |line| line.replacen(&format!("],[{},", one.speed), "],[200,", 1));
-    let warned = codes(&mut done, &files, &Of::Program(&fast), Severity::Warning);
+    let warned = codes(&mut done, &Of::Program(&fast), Severity::Warning);
     assert!(warned.contains(&"W1301".to_string()), "{warned:?}");
 }
 
@@ -251,7 +251,7 @@ fn a_point_taken_out_is_passed_by_on_the_straight_way() {
     let lines: Vec<&str> =
         text.split("\r\n").enumerate().filter(|(k, _)| *k != moves[i].line).map(|(_, l)| l).collect();
     shorter.files[moves[i].file].bytes = lines.join("\r\n").into_bytes();
-    let found = good(&mut done, &files, &Of::Program(&shorter));
+    let found = good(&mut done, &Of::Program(&shorter));
     let plan = done.jobs[0].dwell.as_ref().expect("a plan");
     let (u, v, w) = (moves[i - 1].speed, moves[i].speed, moves[i + 1].speed);
     // 4 mm at the next move's speed instead of 2 and 2.
@@ -273,7 +273,7 @@ fn programs_that_cannot_be_simulated_are_refused() {
     let raised = |height: f64| {
         edited(&ours, one, |line| line.replacen(&format!("[[{x},{y},{z}]"), &format!("[[{x},{y},{height}]"), 1))
     };
-    let mut said = |program: &Program| codes(&mut done, &files, &Of::Program(program), Severity::Error);
+    let mut said = |program: &Program| codes(&mut done, &Of::Program(program), Severity::Error);
     // The gap is 1 mm: 0.05 mm is what an arm errs by, 0.4 mm is nothing known, 30 mm is lifted.
     assert_eq!(said(&raised(1.05)), [""; 0]);
     assert_eq!(said(&raised(1.4)), ["E1300"]);
@@ -387,7 +387,6 @@ fn of_log(bytes: &[u8]) -> Of<'_> {
 }
 
 struct Logged {
-    files: MemoryFiles,
     done: Compilation,
     samples: Vec<(f64, [f64; 3])>,
 }
@@ -396,16 +395,16 @@ fn logged(more: &[(&'static str, &'static str)]) -> Logged {
     let files = files(&words(more));
     let done = compile(&files, Until::Motion);
     let samples = sampled(&done, 0.01);
-    Logged { files, done, samples }
+    Logged { done, samples }
 }
 
 impl Logged {
     fn run(&mut self, samples: &[(f64, [f64; 3])]) -> Simulation {
-        good(&mut self.done, &self.files, &of_log(&csv(samples)))
+        good(&mut self.done, &of_log(&csv(samples)))
     }
 
     fn refused(&mut self, samples: &[(f64, [f64; 3])]) -> Vec<String> {
-        codes(&mut self.done, &self.files, &of_log(&csv(samples)), Severity::Error)
+        codes(&mut self.done, &of_log(&csv(samples)), Severity::Error)
     }
 
     fn difference(&self, found: &Simulation) -> simulate::Difference {
@@ -548,7 +547,7 @@ fn a_log_must_say_its_frame() {
     ] {
         let bytes = text.replacen("# frame: part\n", frame, 1).into_bytes();
         let of = Of::Run { name: "run.csv", bytes: &bytes, frame: stated };
-        assert_eq!(codes(&mut logged.done, &logged.files, &of, Severity::Error), wanted, "{frame}");
+        assert_eq!(codes(&mut logged.done, &of, Severity::Error), wanted, "{frame}");
     }
 }
 
