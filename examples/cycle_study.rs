@@ -1,6 +1,6 @@
 //! The cycle study: full spirals against region-adaptive paths over a whole campaign, with a machine that errs.
 //!
-//! `cargo run --release --example cycle_study` prints the table of docs/models/cycles.md. Paths, dwell and prediction are the
+//! `cargo run --release --example cycle_study` prints the table of the study. Paths, dwell and prediction are the
 //! crate's own, as a build uses them; the machine between plan and glass is this file's, with the errors that the study of
 //! cycles states: a random field fixed in position (correlation 30 mm, new every cycle), a random error along the path (4 %,
 //! 10 mm), a gain (3 %), a lag of the feed (0.05 s) and an offset of the path (0.2 mm). Random numbers are numbered by a seed.
