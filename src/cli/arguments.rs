@@ -185,7 +185,7 @@ pub enum Command {
         #[arg(long = "for", value_enum, default_value_t = For::Polish)]
         purpose: For,
     },
-    /// Say what is in a height map.
+    /// Say what is in a height map or a profile.
     Inspect {
         #[arg(required = true, value_name = "DATA")]
         files: Vec<PathBuf>,
