@@ -7,7 +7,7 @@ use polishc::forecast::{Run, expect, prospect};
 use polishc::height_map::Grid;
 use polishc::job::*;
 use polishc::path::{self, Setting, ToolPath};
-use polishc::tool::InfluenceFunction;
+use polishc::tool::{InfluenceField, InfluenceFunction};
 use polishc::units::si::*;
 
 fn main() {
@@ -23,7 +23,7 @@ struct Example {
     error: Grid,
     clear: Aperture,
     edge: Aperture,
-    influence: InfluenceFunction,
+    influence: InfluenceField,
     dwell: Corrective,
 }
 
@@ -63,12 +63,14 @@ fn example() -> Example {
         error,
         clear,
         edge,
-        influence: InfluenceFunction::gaussian(30e-9, 4e-3, 16e-3).expect("an influence function"),
+        influence: InfluenceFunction::gaussian(30e-9, 4e-3, 16e-3).expect("an influence function").into(),
         dwell: Corrective {
+            objective: Objective::rms(Empty {}),
             removal_fraction: 0.8,
             piston: Piston::free(FreePiston { at_most: None }),
             feed: Range { from: Speed(0.2e-3), to: Speed(0.1) },
             acceleration: Acceleration(0.5),
+            lateral_acceleration: None,
         },
     }
 }
@@ -107,7 +109,7 @@ fn before(bencher: divan::Bencher) {
 fn expected(bencher: divan::Bencher) {
     let example = example();
     let outcome = solve(task(&example), &mut Vec::new()).expect("a solved run");
-    let footprint = Footprint::of(&example.influence, 0.0);
+    let footprint = Footprint::over(&example.influence, 0.0);
     let stated = Uncertainty {
         gain: Some(0.03),
         drift: Some(0.02),

@@ -7,7 +7,7 @@ use polishc::forecast::{Expected, Run, expect, prospect};
 use polishc::height_map::Grid;
 use polishc::job::*;
 use polishc::path::{self, Setting, ToolPath};
-use polishc::tool::InfluenceFunction;
+use polishc::tool::{InfluenceField, InfluenceFunction};
 use polishc::units::si::*;
 use std::f64::consts::PI;
 
@@ -43,7 +43,7 @@ struct Case {
     error: Grid,
     clear: Aperture,
     edge: Aperture,
-    influence: InfluenceFunction,
+    influence: InfluenceField,
     dwell: Corrective,
     over: f64,
 }
@@ -53,12 +53,14 @@ fn case(error: Grid) -> Case {
         error,
         clear: circle(35.9e-3),
         edge: circle(40e-3),
-        influence: InfluenceFunction::gaussian(PEAK, SIGMA, SPOT).expect("positive numbers"),
+        influence: InfluenceFunction::gaussian(PEAK, SIGMA, SPOT).expect("positive numbers").into(),
         dwell: Corrective {
+            objective: Objective::rms(Empty {}),
             removal_fraction: 1.0,
             piston: Piston::free(FreePiston { at_most: None }),
             feed: Range { from: Speed(0.05e-3), to: Speed(50e-3) },
             acceleration: Acceleration(0.5),
+            lateral_acceleration: None,
         },
         over: 54e-3,
     }
@@ -111,7 +113,7 @@ impl Case {
     }
 
     fn expected(&self, outcome: &Outcome, stated: &Uncertainty) -> Expected {
-        let footprint = Footprint::of(&self.influence, 0.0);
+        let footprint = Footprint::over(&self.influence, 0.0);
         let run = Run { outcome, footprint: &footprint, surface: &Plane {}, clear: &self.clear, dwell: &self.dwell };
         expect(stated, &run).expect("a forecast").expect("an uncertainty is stated")
     }
@@ -378,7 +380,7 @@ fn pixels_finer_than_the_spot_do_not_make_a_slope_fine() {
             100e-9 * (x * x - y * y) / 3.2e-4 + amplitude * (2.0 * PI * (x - 0.5 * y) / 1.5e-3).cos()
         };
         let mut case = case(map(form));
-        case.influence = InfluenceFunction::gaussian(PEAK, 4.8e-3, 28.8e-3).expect("positive numbers");
+        case.influence = InfluenceFunction::gaussian(PEAK, 4.8e-3, 28.8e-3).expect("positive numbers").into();
         case.clear = circle(30e-3);
         prospect(&case.task(), &mut Vec::new()).expect("a prospect").correctable.finer_rms
     };
@@ -481,7 +483,7 @@ fn an_error_finer_than_the_spot_is_said() {
 fn what_is_not_stated_is_not_expected() {
     let case = case(map(form));
     let outcome = case.solve();
-    let footprint = Footprint::of(&case.influence, 0.0);
+    let footprint = Footprint::over(&case.influence, 0.0);
     let run =
         Run { outcome: &outcome, footprint: &footprint, surface: &Plane {}, clear: &case.clear, dwell: &case.dwell };
     assert_eq!(expect(&Uncertainty::default(), &run), Ok(None));

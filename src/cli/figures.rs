@@ -8,6 +8,16 @@ use crate::report::{JobResult, Met, Predicted};
 pub fn lines(result: &JobResult) -> Vec<String> {
     let mut lines = Vec::new();
     let mut say = |word: &str, text: String| lines.push(format!("  {word:<9}  {text}"));
+    if let Some(region) = &result.path.region {
+        let (area, coverage) = (1e2 * region.area_share, 1e2 * region.coverage);
+        let farthest = region.farthest_mm;
+        say(
+            "region",
+            format!(
+                "{area:.1} % of the area, {coverage:.2} % of it within a hexagon of the path, {farthest:.1} mm at most away"
+            ),
+        );
+    }
     if result.purpose == "dry_run" {
         say("dry run", "lifted along the normals, slow, process off: it removes nothing".into());
     } else {
@@ -30,7 +40,8 @@ pub fn lines(result: &JobResult) -> Vec<String> {
 }
 
 fn tell_surface(result: &JobResult, say: &mut impl FnMut(&str, String)) {
-    if let Some(landings) = &result.dwell.landings {
+    let Some(dwell) = &result.dwell else { return };
+    if let Some(landings) = &dwell.landings {
         let (count, depth) = (landings.count, short(landings.depth_nm));
         say("landings", format!("{count} times down on the part or up from it, each removes {depth} nm at most"));
     }
@@ -64,7 +75,6 @@ fn tell_surface(result: &JobResult, say: &mut impl FnMut(&str, String)) {
     );
     say("expected", expected(predicted));
     if let Some(stock) = &result.stock {
-        let dwell = &result.dwell;
         let mut text = format!(
             "{} nm even layer beside the error (full feed takes {} nm), {} nm at most, {} mm³, power {} nm",
             short(dwell.base_nm),
@@ -78,7 +88,7 @@ fn tell_surface(result: &JobResult, say: &mut impl FnMut(&str, String)) {
         }
         say("stock", text);
     }
-    say("dwell", format!("{} on the part", hours(result.dwell.total_s)));
+    say("dwell", format!("{} on the part", hours(dwell.total_s)));
 }
 
 /// The honest prediction, with what limits it; or why there is none.
@@ -107,7 +117,7 @@ fn expected(predicted: &Predicted) -> String {
 }
 
 /// A figure with about three digits, so that a small one is not told as 0.0.
-fn short(value: f64) -> String {
+pub fn short(value: f64) -> String {
     let size = value.abs();
     let decimals = if size >= 100.0 {
         0
@@ -124,7 +134,8 @@ fn small(value: f64) -> String {
     if value.abs() >= 1.0 || value == 0.0 { short(value) } else { crate::units::format::significant(value, 3) }
 }
 
-fn hours(seconds: f64) -> String {
+/// A time as a person tells it: 1 h 12 min, or 26.8 min.
+pub fn hours(seconds: f64) -> String {
     let minutes = (seconds / 60.0).round() as u64;
     if minutes >= 60 {
         format!("{} h {} min", minutes / 60, minutes % 60)

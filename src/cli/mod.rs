@@ -9,6 +9,7 @@ mod fmt;
 mod new;
 pub mod output;
 mod show;
+mod simulate;
 mod sweep;
 mod terminal;
 

@@ -22,8 +22,8 @@
 use super::correctable::{Padded, SHARE};
 use super::random::Stream;
 use crate::diagnostics::{Problem, codes};
+use crate::dwell::descent::LinearOperator;
 use crate::dwell::field::Field;
-use crate::dwell::least_squares::LinearOperator;
 use crate::dwell::removal::{Removal, Samples, Window};
 use crate::dwell::speed::{self, Limits, Segments};
 use crate::dwell::{Footprint, Outcome, TimedPath};
@@ -145,7 +145,7 @@ impl Errors {
         let Run { outcome, footprint, surface, dwell, .. } = *run;
         // Twice as coarse as the solver's pixels: spreading over them widens the spot by 2 %, which is little for an error's error.
         let coarse = residual.binned(footprint.sigma / 2.0);
-        let limits = Limits { least: dwell.feed.from.0, greatest: dwell.feed.to.0, acceleration: dwell.acceleration.0 };
+        let limits = Limits::of(dwell);
         let segments = Segments::new(&outcome.timed.path, footprint.standoff);
         let speeds: Vec<f64> = segments.point.iter().map(|&point| outcome.timed.speed[point]).collect();
         let samples = Samples::segments(&outcome.timed.path, footprint.sigma / 2.0);

@@ -46,7 +46,7 @@ pub fn prospect(task: &Task, warnings: &mut Vec<Problem>) -> Option<Prospect> {
     if !numbers.iter().all(|number| *number > 0.0 && number.is_finite()) {
         return None;
     }
-    let mut footprint = Footprint::of(task.influence, task.azimuth);
+    let mut footprint = Footprint::over(task.influence, task.azimuth);
     footprint.standoff = task.standoff;
     let field = Field::new(task.error, task.clear).ok()?;
     // The pixels of the solver: the spot smooths away everything finer.
@@ -92,7 +92,9 @@ fn warn(task: &Task, footprint: &Footprint, prospect: &Prospect, highest: f64, w
                 .help("use a narrower spot, or look whether the map's noise is what you see"),
         );
     }
-    if reach.pixels > 0 {
+    // A path over a region leaves the rest as it is, and says itself how well it covers the region.
+    let everywhere = task.path.region.is_none();
+    if everywhere && reach.pixels > 0 {
         let [x, y] = reach.place;
         let message = format!(
             "the path does not reach {:.2} mm² of the clear aperture, around x {:.2} mm, y {:.2} mm: up to {:.3} nm stay there",
@@ -105,7 +107,7 @@ fn warn(task: &Task, footprint: &Footprint, prospect: &Prospect, highest: f64, w
             Problem::warning(codes::W0731, "path", message)
                 .help("let the path reach them, or make `clear` what must be good"),
         );
-    } else if reach.least_strength < RIM_STRENGTH {
+    } else if everywhere && reach.least_strength < RIM_STRENGTH {
         let [x, y] = reach.weakest;
         let message = format!(
             "at x {:.2} mm, y {:.2} mm of the clear aperture the path works with {:.0} % of its usual strength",

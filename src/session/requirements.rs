@@ -97,7 +97,8 @@ impl Planned {
 
     /// Errors for the requirements that do not hold, or cannot be known.
     pub(super) fn unmet(&self) -> Vec<Diagnostic> {
-        let Some(result) = &self.result else { return Vec::new() };
+        // Requirements hold a program back; where there is nothing to polish there is none.
+        let Some(result) = self.result.as_ref().filter(|_| self.nothing().is_none()) else { return Vec::new() };
         let mut diagnostics = Vec::new();
         for (requirement, found) in self.requirements.iter().zip(&result.requirements) {
             match found.met {
@@ -171,6 +172,12 @@ impl Planned {
             "give the job its `uncertainty`, which the figure comes from, or take the line out"
         } else if missing.contains(&"stock.radius_change") {
             "the form states no vertex radius: ask for `result.stock.power`, or take the line out"
+        } else if missing.contains(&"predicted.pvr") {
+            "say which Zernike polynomials, as by `figures: { zernike: fringe }`, or take the line out"
+        } else if missing.contains(&"predicted.slope_rms") {
+            "say over which length, as by `figures: { slope_length: 2 mm }`, or take the line out"
+        } else if missing.contains(&"predicted.band_rms") {
+            "say of which periods, as by `figures: { band: 1 mm .. 10 mm }`, or take the line out"
         } else {
             "give the job the `robot` and `target` that the result comes from, or take the line out"
         }
