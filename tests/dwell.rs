@@ -6,7 +6,8 @@ use polishc::diagnostics::codes::*;
 use polishc::dwell::removal::{Samples, Window, deposit};
 use polishc::dwell::speed::{Limits, Segments, times};
 use polishc::dwell::{
-    Footprint, Outcome, SegmentTimes, SpeedSteps, Standing, Task, TimedPath, check_segment_times, predict, solve,
+    Footprint, Outcome, SegmentTimes, SpeedSteps, Standing, Task, TimedPath, check_segment_times, pareto, predict,
+    solve,
 };
 use polishc::height_map::Grid;
 use polishc::job::*;
@@ -64,10 +65,12 @@ fn run(error: Grid) -> Run {
         edge: circle(40e-3),
         influence: InfluenceFunction::gaussian(20e-9, SIGMA, 12e-3).expect("positive numbers").into(),
         dwell: Corrective {
+            objective: Objective::rms(Empty {}),
             removal_fraction: 1.0,
             piston: Piston::free(FreePiston { at_most: None }),
             feed: Range { from: Speed(0.05e-3), to: Speed(50e-3) },
             acceleration: Acceleration(0.5),
+            lateral_acceleration: None,
         },
     }
 }
@@ -120,11 +123,7 @@ impl Run {
     }
 
     fn limits(&self) -> Limits {
-        Limits {
-            least: self.dwell.feed.from.0,
-            greatest: self.dwell.feed.to.0,
-            acceleration: self.dwell.acceleration.0,
-        }
+        Limits::of(&self.dwell)
     }
 
     #[track_caller]
@@ -268,6 +267,58 @@ fn slow_arms_cost_residual_but_are_solved_for() {
         rms.push(run.good().figures.rms);
     }
     assert!(rms[0] < rms[2] && rms[1] <= rms[2], "{rms:?}");
+}
+
+/// Waves of 9 mm, near what the spot can follow, so that something is left.
+fn waves(x: f64, y: f64) -> f64 {
+    bump(x, y) + 5e-9 * (x * 700.0).sin() * (y * 700.0).sin()
+}
+
+#[test]
+fn the_least_peak_to_valley_is_smaller_than_that_of_the_least_rms() {
+    let mut run = run(map(0.4e-3, waves));
+    let rms = run.good().figures;
+    run.dwell.objective = Objective::pv(Empty {});
+    let pv = run.good().figures;
+    assert!(pv.pv < 0.9 * rms.pv && pv.rms > rms.rms, "{pv:?} {rms:?}");
+}
+
+#[test]
+fn the_shortest_run_leaves_what_it_may() {
+    let mut run = run(map(0.4e-3, waves));
+    let best = run.good().figures;
+    let mut times = vec![best.time];
+    for factor in [1.5, 3.0, 6.0] {
+        let asked = factor * best.rms;
+        run.dwell.objective = Objective::time(LeastTime { rms: Length(asked) });
+        let found = run.good().figures;
+        // Never more than asked, by the prediction; nor much less.
+        assert!(found.rms <= asked && found.rms > 0.9 * asked, "{factor}: {} {asked}", found.rms);
+        assert!(found.time < 0.995 * times[times.len() - 1], "{factor}: {} {times:?}", found.time);
+        times.push(found.time);
+    }
+    // What no run leaves is refused, with what one does.
+    run.dwell.objective = Objective::time(LeastTime { rms: Length(0.5 * best.rms) });
+    let problem = run.refused();
+    assert_eq!(problem.code, E0711);
+    let nm: f64 =
+        problem.help.as_deref().unwrap_or("").split(' ').find_map(|word| word.parse().ok()).expect("a number");
+    assert!(nm * 1e-9 >= best.rms * 0.98 && nm * 1e-9 < 1.1 * best.rms + 2e-12, "{nm} {}", best.rms);
+    run.dwell.objective = Objective::time(LeastTime { rms: Length(nm * 1.02e-9) });
+    run.good();
+}
+
+#[test]
+fn the_table_of_choices_goes_from_the_least_residual_to_the_least_time() {
+    let run = run(map(0.4e-3, waves));
+    let best = run.good().figures;
+    let rows = pareto(&run.task(), &mut Vec::new()).expect("a table");
+    assert!(rows.len() >= 4, "{rows:?}");
+    assert!((rows[0].rms / best.solver_rms - 1.0).abs() < 0.05, "{rows:?} {}", best.solver_rms);
+    for pair in rows.windows(2) {
+        assert!(pair[1].time < pair[0].time && pair[1].rms > 0.999 * pair[0].rms, "{rows:?}");
+    }
+    assert!(rows[rows.len() - 1].time < 0.9 * rows[0].time, "{rows:?}");
 }
 
 #[test]
@@ -425,6 +476,7 @@ fn what_cannot_be_is_refused() {
         (E0700, |r| r.dwell.feed.to = Speed(f64::INFINITY)),
         (E0700, |r| r.dwell.acceleration = Acceleration(0.0)),
         (E0700, |r| r.dwell.acceleration = Acceleration(f64::NAN)),
+        (E0700, |r| r.dwell.lateral_acceleration = Some(Acceleration(-1.0))),
         (E0700, |r| r.dwell.removal_fraction = 0.0),
         (E0700, |r| r.dwell.removal_fraction = 1.1),
         (E0701, |r| r.dwell.acceleration = Acceleration(1e-6)),

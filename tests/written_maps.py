@@ -7,6 +7,7 @@
 Not a part of `cargo test`: it needs Python. It ends with status 1 at the first difference.
 """
 
+import os
 import subprocess
 import sys
 import tempfile
@@ -95,5 +96,21 @@ with tempfile.TemporaryDirectory() as folder:
     found = Surface.load(folder / "map.x3p")
     same("Zygo ASCII, written by prysm", found.data * 1e3, expected, 632.8 * 0.5 / 32768 * 1.01)
     near("Zygo ASCII, written by prysm: step", found.step_x, STEP_X * 1e3)
+
+# Files of real instruments, read by us and by them; POLISHC_SAMPLES names the folder.
+samples = Path(os.environ.get("POLISHC_SAMPLES", "../shared/samples"))
+with tempfile.TemporaryDirectory() as folder:
+    for name, theirs in [
+        ("zygo_metropro.dat", lambda path: io.read_zygo_dat(path)["phase"]),
+        ("zygo_mx.datx", lambda path: io.read_zygo_datx(path)["phase"]),
+        ("areal.x3p", lambda path: Surface.load(path).data * 1e3),
+        ("ascii.sdf", lambda path: Surface.load(path).data * 1e3),
+    ]:
+        if not (samples / name).exists():
+            print(f"SKIPPED: there is no sample {samples / name}")
+            continue
+        convert(samples / name, Path(folder) / "map.x3p")
+        ours = Surface.load(Path(folder) / "map.x3p").data * 1e3
+        same(f"{name}, read by us and by prysm or surfalize", ours, np.asarray(theirs(samples / name)), 1e-9)
 
 print("all maps agree")

@@ -96,11 +96,56 @@ impl<'a> File<'a> {
         let Some(element) = element(dataset.dtype()) else {
             return Err(no_map(self.name, "holds heights that are no real numbers of 1 to 8 bytes"));
         };
-        let bytes = dataset.read_raw_bytes().map_err(|_| damaged(self.name))?;
-        if bytes.len() != pixels * element.size {
-            return Err(damaged(self.name));
+        let (columns, rows) = (columns as usize, rows as usize);
+        let values = if dataset.chunks().is_some() {
+            self.chunked(dataset, columns, rows, element)?
+        } else {
+            let bytes = dataset.read_raw_bytes().map_err(|_| damaged(self.name))?;
+            if bytes.len() != pixels * element.size {
+                return Err(damaged(self.name));
+            }
+            element.decode_all(&bytes)
+        };
+        // What was never written reads as zeros.
+        if values.iter().all(|value| *value == 0.0) {
+            return Err(container(self.name, "holds nothing but zeros: its heights were never written"));
         }
-        Ok((columns as usize, rows as usize, element.decode_all(&bytes)))
+        Ok((columns, rows, values))
+    }
+
+    /// An array that is stored in pieces. Each must be there once: the container would take zeros for those that are not.
+    fn chunked(&self, dataset: &Dataset, columns: usize, rows: usize, element: Element) -> Result<Vec<f64>, Problem> {
+        let broken = || damaged(self.name);
+        let mut values = vec![0.0; columns * rows];
+        let mut pixels = 0;
+        for chunk in dataset.iter_chunks().map_err(|_| broken())? {
+            let chunk = chunk.map_err(|_| broken())?;
+            let (&[first_row, first_column], &[height, width]) = (chunk.offsets(), chunk.shape()) else {
+                return Err(broken());
+            };
+            let [first_row, first_column, height, width] =
+                [first_row, first_column, height, width].map(|side| usize::try_from(side).unwrap_or(usize::MAX));
+            if first_row >= rows || first_column >= columns || width == 0 {
+                return Err(broken());
+            }
+            let (height, inside) = (height.min(rows - first_row), width.min(columns - first_column));
+            for (row, line) in chunk.bytes().chunks_exact(width.saturating_mul(element.size)).take(height).enumerate() {
+                let at = (first_row + row) * columns + first_column;
+                for (value, bytes) in values[at..at + inside].iter_mut().zip(line.chunks_exact(element.size)) {
+                    *value = element.decode(bytes);
+                    pixels += 1;
+                }
+            }
+            // Pieces that lie over each other would keep their reader busy.
+            if pixels > values.len() {
+                return Err(broken());
+            }
+        }
+        if pixels < values.len() {
+            let message = format!("is cut short: {pixels} of its {} heights are stored", values.len());
+            return Err(sizes(self.name, message));
+        }
+        Ok(values)
     }
 }
 

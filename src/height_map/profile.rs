@@ -18,12 +18,17 @@ pub struct Profile {
 impl Profile {
     /// Positions and heights in metres. `unit` is the height that the value 1 means, `step` the distance from one point
     /// to the next, where the file does not say them. Fields are `unit`, `pixel`. E0506 if nobody says one, E0507 if it is
-    /// stated although the file says its own, E0508 if no point is valid.
+    /// stated although the file says its own or is not positive, E0508 if no point is valid.
     pub fn metres(&self, unit: Option<f64>, step: Option<f64>) -> Result<(Vec<f64>, Vec<f64>), Problem> {
         let one_too_many = |field: &str| {
             let message = format!("the profile's file says its own scale, a {field} beside it is one too many");
             Problem::error(codes::E0507, field, message).help(format!("leave `{field}` out"))
         };
+        for (field, stated) in [("unit", unit), ("pixel", step)] {
+            if stated.is_some_and(|length| !(length > 0.0 && length.is_finite())) {
+                return Err(Problem::error(codes::E0507, field, format!("the stated {field} must be positive")));
+            }
+        }
         let missing = |field: &str, what: &str, example: &str| {
             Problem::error(codes::E0506, field, format!("the profile's file does not say {what}"))
                 .help(format!("state it on the command line: `--{field} {example}`"))

@@ -51,11 +51,14 @@ enum Separator {
 
 impl Separator {
     fn of(line: &str) -> Separator {
-        match line {
-            _ if line.contains(';') => Separator::Semicolon,
-            _ if line.trim().contains('\t') => Separator::Tab,
-            _ if line.contains(',') => Separator::Comma,
-            _ => Separator::Blanks,
+        if line.contains(';') {
+            Separator::Semicolon
+        } else if line.trim().contains('\t') {
+            Separator::Tab
+        } else if line.contains(',') {
+            Separator::Comma
+        } else {
+            Separator::Blanks
         }
     }
 

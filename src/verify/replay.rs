@@ -69,6 +69,12 @@ impl<'a> Replay<'a> {
         self.part_object * target * self.tool_change
     }
 
+    /// The job's tool in the part frame, when the arm's joints (radians) are these.
+    pub fn tool_of_joints(&self, joints: &Joints) -> Transform {
+        let target = self.base_object.inverse() * self.arm.forward(joints) * self.tool_flange.inverse();
+        self.tool(&target)
+    }
+
     /// Whether a move to `target` ends where the plan's does, orientation apart.
     pub fn lies_at(&self, target: &Transform, planned: Planned) -> bool {
         let [x, y, z] = planned.pose(self.motion).position;

@@ -3,6 +3,7 @@
 mod dwell;
 mod figures;
 mod forms;
+mod regions;
 mod robots;
 mod tools;
 
@@ -10,4 +11,4 @@ use serde_json::Value;
 
 type Adapter = fn(&str, &Value, &Value, &Value) -> Option<Result<Value, String>>;
 
-pub const ADAPTERS: &[Adapter] = &[dwell::run, figures::run, forms::run, robots::run, tools::run];
+pub const ADAPTERS: &[Adapter] = &[dwell::run, figures::run, forms::run, regions::run, robots::run, tools::run];

@@ -133,13 +133,12 @@ fn tool_pose(input: &Value, expected: &Value, _: &Value) -> Result<Value, String
     let matrix = frames::matrix(&pose.rotation);
     let [radius, offset] = ["R_mm", "z_offset_mm"].map(|key| input[key].as_f64().unwrap_or(f64::NAN) * 1e-3);
     let circle = ContactCircle::new(radius, offset, 0.0).ok_or("no contact")?;
-    let shaft = [0, 1, 2].map(|i: usize| -matrix[i][2]);
     Ok(json!({
         "R_tool": matrix,
         "centre": position_mm(&pose),
         "quat_wxyz": same_side(frames::wxyz(&pose.rotation), &expected["quat_wxyz"])?,
         "abc_deg": abc_deg(&matrix, &expected["abc_deg"])?,
-        "shaft_dir": shaft,
+        "shaft_dir": ([0, 1, 2].map(|i| -matrix[i][2])),
         "contact_radius_mm": circle.radius * 1e3,
     }))
 }

@@ -158,6 +158,14 @@ fn hdf5_loops_end() {
     assert!(tried > 1000);
 }
 
+/// Nothing outside the file is read, whatever it says of itself: `fringes.datx` and `make.py` stand beside these.
+#[test]
+fn hdf5_does_not_leave_its_file() {
+    refused(&made("in_another_file.datx"), "E0513", "without heights");
+    refused(&made("in_itself.datx"), "E0513", "without heights");
+    refused(&made("raw_in_another_file.datx"), "E0518", "damaged HDF5");
+}
+
 /// Headers that say more than is there, in every format: refused before anything of that size is allocated.
 #[test]
 fn lying_dimensions_are_refused_before_memory_is_asked_for() {
@@ -172,20 +180,30 @@ fn lying_dimensions_are_refused_before_memory_is_asked_for() {
             assert!(matches!(problem.code.as_str(), "E0501" | "E0503"), "{name}: {}", problem.message);
         }
     }
-    // HDF5: both sides of the data set, wherever they stand, made as large as may be and larger.
-    let whole = made("fringes.datx");
+    // HDF5: both sides of the data set, wherever they stand, made as large as may be and larger. In one file the heights
+    // stand in one piece, in the other in four, and those that are not there would be taken for zeros.
     let sides: Vec<u8> = [3_u64, 4].into_iter().flat_map(u64::to_le_bytes).collect();
-    let places: Vec<usize> = (0..whole.len() - 16).filter(|at| whole[*at..].starts_with(&sides)).collect();
-    assert!(!places.is_empty(), "the sides stand in the file");
-    for (rows, columns) in [(4096_u64, 4096_u64), (1 << 31, 1 << 31), (u64::MAX, u64::MAX), (0, 4), (3, 5)] {
-        let mut bytes = whole.clone();
-        for at in &places {
-            bytes[*at..at + 8].copy_from_slice(&rows.to_le_bytes());
-            bytes[at + 8..at + 16].copy_from_slice(&columns.to_le_bytes());
+    for name in ["fringes.datx", "packed.h5"] {
+        let whole = made(name);
+        let places: Vec<usize> = (0..whole.len() - 16).filter(|at| whole[*at..].starts_with(&sides)).collect();
+        assert!(!places.is_empty(), "the sides stand in the file");
+        for (rows, columns) in [(4096_u64, 4096_u64), (1 << 31, 1 << 31), (u64::MAX, u64::MAX), (0, 4), (3, 5), (6, 8)]
+        {
+            let mut bytes = whole.clone();
+            for at in &places {
+                bytes[*at..at + 8].copy_from_slice(&rows.to_le_bytes());
+                bytes[at + 8..at + 16].copy_from_slice(&columns.to_le_bytes());
+            }
+            // A fifth column stands in the pieces of the second file, which are three wide each.
+            if (rows, columns, name) == (3, 5, "packed.h5") {
+                continue;
+            }
+            let problem = read(&bytes, "map").expect_err("a refusal");
+            assert!(matches!(problem.code.as_str(), "E0501" | "E0503" | "E0504" | "E0518"), "{}", problem.message);
         }
-        let problem = read(&bytes, "map").expect_err("a refusal");
-        assert!(matches!(problem.code.as_str(), "E0501" | "E0503" | "E0504" | "E0518"), "{}", problem.message);
     }
+    // Heights that were never written.
+    refused(&made("never_written.datx"), "E0518", "nothing but zeros");
 }
 
 /// What a fuzzer does to a file: bytes changed, pieces taken out, doubled, and brought from another file.

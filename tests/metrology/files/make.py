@@ -56,6 +56,37 @@ def four_sight(name, wavelength, **how):
             group.attrs["wavelength"] = np.bytes_(wavelength)
 
 
+def elsewhere(name, link):
+    """A file whose surfaces are said to be in another place."""
+    with h5py.File(HERE / name, "w", libver=("earliest", "v108")) as file:
+        file.create_group("Data")
+        file["Data/Surface"] = link
+
+
+def raw_elsewhere(name):
+    """A surface whose numbers are said to stand in another file of the machine."""
+    datx(name, "Fringes", (1e-3, 1e-3), 0)
+    with h5py.File(HERE / name, "a", libver=("earliest", "v108")) as file:
+        group = file["Data/Surface"]
+        old = group["{Surface-0}"]
+        new = group.create_dataset("new", (ROWS, COLUMNS), "<f8", external=[("make.py", 0, 8 * ROWS * COLUMNS)])
+        for key in old.attrs:
+            new.attrs.create(key, old.attrs[key], dtype=old.attrs.get_id(key).dtype)
+        del group["{Surface-0}"]
+
+
+def never_written(name):
+    """A surface whose numbers were never written, as when Mx was stopped: HDF5 says zeros for them."""
+    datx(name, "Fringes", (1e-3, 1e-3), 0)
+    with h5py.File(HERE / name, "a", libver=("earliest", "v108")) as file:
+        group = file["Data/Surface"]
+        old = group["{Surface-0}"]
+        new = group.create_dataset("new", (ROWS, COLUMNS), "<f8")
+        for key in old.attrs:
+            new.attrs.create(key, old.attrs[key], dtype=old.attrs.get_id(key).dtype)
+        del group["{Surface-0}"]
+
+
 datx("fringes.datx", "Fringes", (1e-3, 2e-3), 0)
 datx("nanometres.datx", "NanoMeters", (0.0, 0.0), 1)
 datx("furlongs.datx", "Furlongs", (1e-3, 1e-3), 0)
@@ -64,3 +95,7 @@ four_sight("plain.h5", "500.0 nm")
 four_sight("packed.h5", "0.5 um", chunks=(2, 3), compression="gzip", shuffle=True)
 four_sight("no_unit.h5", "500.0")
 four_sight("no_wavelength.h5", None)
+elsewhere("in_another_file.datx", h5py.ExternalLink("fringes.datx", "/Data/Surface"))
+elsewhere("in_itself.datx", h5py.SoftLink("/Data/Surface"))
+never_written("never_written.datx")
+raw_elsewhere("raw_in_another_file.datx")
