@@ -1,17 +1,22 @@
-//! Dwell at the size of the main example: 56,703 points over a 340 mm part, one map pixel a millimetre.
+//! Dwell at the size of the main example (56,703 points over a 340 mm part, one map pixel a millimetre) and larger.
 //!
-//! `convolution_library` is the reference: the transforms of one `operator_pair` by realfft, on one thread, which may use
-//! whatever vector instructions the processor has. Ratios to it say what the fixed order of our own transform costs.
+//! References, measured in the same run: `convolution_library` is the transforms of one `operator_pair` by realfft, on one thread,
+//! which may use whatever vector instructions the processor has; `memory_traffic` moves as many bytes as the passes of one pair's
+//! transforms read and write. Ratios to them say what the fixed order of our own transform costs, and how far a step is from
+//! the bounds of arithmetic and of memory.
 
-use polishc::dwell::least_squares::LinearOperator;
+use polishc::dwell::bounds::Bounds;
+use polishc::dwell::descent::{LinearOperator, descend};
+use polishc::dwell::objective::{Base, Objective, Wanted};
 use polishc::dwell::removal::{Removal, Samples, Window};
-use polishc::dwell::{Footprint, SpeedSteps, Task, predict, solve};
+use polishc::dwell::solver::STOP;
+use polishc::dwell::{Footprint, SpeedSteps, Task, pareto, predict, solve};
 use polishc::height_map::Grid;
 use polishc::job::{
-    Annulus, Aperture, Circle, Corrective, Cross, Crossing, FreePiston, Lines, OnOff, Path, Piston, Plane, Raster,
+    self, Annulus, Aperture, Circle, Corrective, Empty, FreePiston, LeastTime, Lines, Path, Piston, Plane, Raster,
 };
 use polishc::path::{self, Setting, ToolPath};
-use polishc::tool::InfluenceFunction;
+use polishc::tool::{InfluenceField, InfluenceFunction};
 use polishc::units::si::{Acceleration, Angle, Length, Range, Speed};
 use realfft::RealFftPlanner;
 
@@ -28,54 +33,90 @@ struct Example {
     error: Grid,
     clear: Aperture,
     edge: Aperture,
-    influence: InfluenceFunction,
+    influence: InfluenceField,
     dwell: Corrective,
+    pitch: f64,
 }
 
-fn example() -> Example {
+fn circle(diameter: f64) -> Aperture {
+    Aperture::circle(Circle { diameter: mm(diameter), centre: None })
+}
+
+/// A form of 340 mm with astigmatism, coma and a wave of 70 mm, on `n` x `n` pixels of `pixel` metres.
+fn form(n: usize, pixel: f64) -> Grid {
+    let first = -0.5 * (n as f64 - 1.0) * pixel;
+    let mut error = Grid { columns: n, rows: n, pixel: [pixel; 2], origin: [first; 2], values: Vec::new() };
+    error.values = (0..n * n)
+        .map(|i| {
+            let [x, y] = error.position(i / n, i % n).map(|p| p / 0.17);
+            let wave = 25.0 * libm::sin(9.0 * x + 4.0 * y * y);
+            (60.0 * (x * x - y * y) + 40.0 * (3.0 * x * x + 2.0 * y * y) * x + wave) * 1e-9
+        })
+        .collect();
+    error
+}
+
+fn corrective(objective: job::Objective) -> Corrective {
+    Corrective {
+        objective,
+        removal_fraction: 1.0,
+        piston: Piston::free(FreePiston { at_most: None }),
+        feed: Range { from: Speed(0.2e-3), to: Speed(0.1) },
+        acceleration: Acceleration(0.5),
+        lateral_acceleration: None,
+    }
+}
+
+fn lines(over: f64, step: f64, pitch: f64) -> ToolPath {
     let raster = Raster {
-        over: Aperture::circle(Circle { diameter: mm(380.0), centre: None }),
-        point_step: mm(4.0),
-        line_pitch: mm(0.5),
+        over: circle(over),
+        point_step: mm(step),
+        line_pitch: mm(pitch),
         direction: Angle(0.0),
         lines: Lines::serpentine,
         chord_error: mm(0.01),
-        holes: Some(Crossing::cross(Cross { process: OnOff::on })),
+        holes: None,
         landing: None,
         passes: None,
     };
-    let ring = |outer: f64, inner: f64| {
-        Aperture::annulus(Annulus { outer_diameter: mm(outer), inner_diameter: mm(inner), centre: None })
-    };
-    let mut error =
-        Grid { columns: 341, rows: 341, pixel: [1e-3; 2], origin: [-0.17; 2], values: Vec::with_capacity(341 * 341) };
-    for i in 0..341 * 341 {
-        let [x, y] = error.position(i / 341, i % 341).map(|p| p / 0.17);
-        let form =
-            60.0 * (x * x - y * y) + 40.0 * (3.0 * x * x + 2.0 * y * y) * x + 25.0 * libm::sin(9.0 * x + 4.0 * y * y);
-        error.values.push(form * 1e-9);
-    }
-    let (clear, edge) = (ring(323.0, 70.0), ring(340.0, 60.0));
+    let part = circle(over - 30.0);
     let setting = Setting {
-        edge: &edge,
-        clear: &clear,
+        edge: &part,
+        clear: &part,
         surface: &Plane {},
-        most_points: 100_000,
+        most_points: 2_000_000,
         line_points: usize::MAX,
         measured: None,
     };
+    path::plan(&Path::raster(raster), &setting).expect("a path")
+}
+
+fn example() -> Example {
+    let ring = |outer: f64, inner: f64| {
+        Aperture::annulus(Annulus { outer_diameter: mm(outer), inner_diameter: mm(inner), centre: None })
+    };
     Example {
-        path: path::plan(&Path::raster(raster), &setting).expect("a path"),
-        error,
-        clear,
-        edge,
-        influence: InfluenceFunction::gaussian(30e-9, 4e-3, 16e-3).expect("an influence function"),
-        dwell: Corrective {
-            removal_fraction: 0.8,
-            piston: Piston::free(FreePiston { at_most: None }),
-            feed: Range { from: Speed(0.2e-3), to: Speed(0.1) },
-            acceleration: Acceleration(0.5),
-        },
+        path: lines(380.0, 4.0, 0.5),
+        error: form(341, 1e-3),
+        clear: ring(323.0, 70.0),
+        edge: ring(340.0, 60.0),
+        influence: InfluenceFunction::gaussian(30e-9, 4e-3, 16e-3).expect("an influence function").into(),
+        dwell: Corrective { removal_fraction: 0.8, ..corrective(job::Objective::rms(Empty {})) },
+        pitch: 0.5e-3,
+    }
+}
+
+/// A part of 190 mm with a million pixels of 0.2 mm and a spot of 25 mm; about `points` points on a raster of 220 mm.
+fn large(points: usize) -> Example {
+    let step = (std::f64::consts::PI * 110.0 * 110.0 / points as f64).sqrt();
+    Example {
+        path: lines(220.0, step, step),
+        error: form(1000, 0.2e-3),
+        clear: circle(180.0),
+        edge: circle(190.0),
+        influence: InfluenceFunction::gaussian(10e-9, 25e-3 / 6.0, 25e-3).expect("an influence function").into(),
+        dwell: corrective(job::Objective::rms(Empty {})),
+        pitch: step * 1e-3,
     }
 }
 
@@ -83,7 +124,7 @@ fn task(example: &Example) -> Task<'_> {
     Task {
         path: example.path.clone(),
         standing: Vec::new(),
-        line_pitch: 0.5e-3,
+        line_pitch: example.pitch,
         passes: 1,
         error: &example.error,
         clear: &example.clear,
@@ -112,18 +153,103 @@ fn whole_pass(bencher: divan::Bencher) {
 fn prediction(bencher: divan::Bencher) {
     let example = example();
     let outcome = solve(task(&example), &mut Vec::new()).expect("a solved run");
-    let footprint = Footprint::of(&example.influence, 0.0);
+    let footprint = Footprint::of(&example.influence.parts[0], 0.0);
     bencher.bench_local(|| {
         predict(outcome.timed.clone(), &footprint, &Plane {}, &example.error, &example.clear, &example.dwell)
             .expect("a prediction")
     });
 }
 
+/// The whole pass for the least peak to valley.
+#[divan::bench(sample_count = 5)]
+fn whole_pass_pv(bencher: divan::Bencher) {
+    let example = Example { dwell: corrective(job::Objective::pv(Empty {})), ..example() };
+    bencher.bench_local(|| solve(task(&example), &mut Vec::new()).expect("a solved run"));
+}
+
+/// The whole pass for the least time that leaves 2 nm.
+#[divan::bench(sample_count = 5)]
+fn whole_pass_time(bencher: divan::Bencher) {
+    let dwell = corrective(job::Objective::time(LeastTime { rms: Length(2e-9) }));
+    let example = Example { dwell, ..example() };
+    bencher.bench_local(|| solve(task(&example), &mut Vec::new()).expect("a solved run"));
+}
+
+/// The table of residual against time.
+#[divan::bench(sample_count = 5)]
+fn table_of_choices(bencher: divan::Bencher) {
+    let example = example();
+    bencher.bench_local(|| pareto(&task(&example), &mut Vec::new()).expect("a table"));
+}
+
+/// From ten thousand points to a million, on a million pixels: checks, solve and prediction.
+#[divan::bench(args = [10_000, 100_000, 1_000_000], sample_count = 3)]
+fn whole_pass_on_a_million_pixels(bencher: divan::Bencher, points: usize) {
+    let example = large(points);
+    bencher.bench_local(|| solve(task(&example), &mut Vec::new()).expect("a solved run"));
+}
+
+/// Sixty steps on the grid that the solver works on (a quarter of sigma), and one evaluation on the million pixels.
+#[divan::bench(sample_count = 5)]
+fn sixty_steps_and_one_fine_evaluation(bencher: divan::Bencher) {
+    let example = large(100_000);
+    let footprint = Footprint::of(&example.influence.parts[0], 0.0);
+    let samples = Samples::segments(&example.path, footprint.sigma / 2.0);
+    let fine = Window::of(&example.error);
+    let coarse = Window { columns: 200, rows: 200, pixel: [1e-3; 2], origin: fine.origin.map(|o| o + 0.4e-3) };
+    let wanted: Vec<f64> = (0..coarse.len())
+        .map(|i| {
+            let [x, y] = coarse.position(i);
+            let place = |v: f64| ((v - fine.origin[0]) / 0.2e-3).round() as usize;
+            example.error.at(place(y).min(999), place(x).min(999))
+        })
+        .collect();
+    bencher.bench_local(|| {
+        let mut operator = Removal::new(&samples, &footprint, coarse);
+        let found = steps(&mut operator, &wanted, &coarse, 60);
+        let mut operator = Removal::new(&samples, &footprint, fine);
+        let mut depths = vec![0.0; fine.len()];
+        operator.forward(&found, &mut depths);
+        depths
+    });
+}
+
+/// A hundred steps on 1024 x 1024 pixels, nothing binned, with an influence of 165 x 165 pixels.
+#[divan::bench(sample_count = 3)]
+fn a_hundred_steps_on_1024_pixels(bencher: divan::Bencher) {
+    let error = form(1024, 0.33e-3);
+    let influence = InfluenceFunction::gaussian(10e-9, 9e-3, 164.0 * 0.33e-3).expect("an influence function");
+    let footprint = Footprint::of(&influence, 0.0);
+    let path = lines(330.0, 0.92, 0.92);
+    let samples = Samples::segments(&path, footprint.sigma / 2.0);
+    let window = Window::of(&error);
+    bencher.bench_local(|| steps(&mut Removal::new(&samples, &footprint, window), &error.values, &window, 100));
+}
+
+/// So many steps of least squares, none left out.
+fn steps(operator: &mut Removal, wanted: &[f64], window: &Window, count: usize) -> Vec<f64> {
+    let n = operator.unknowns();
+    let (lower, upper, start) = (vec![1e-3; n], vec![1e3; n], vec![0.1; n]);
+    let weights: Vec<f64> = (0..window.len())
+        .map(|i| {
+            let [x, y] = window.position(i);
+            if x * x + y * y < 0.09 * 0.09 { 1.0 } else { 0.0 }
+        })
+        .collect();
+    let (base, objective) = (Base::AtMost(f64::INFINITY), Objective::Squares);
+    let problem = Wanted { depths: wanted, weights: &weights, base, objective, price: 0.0 };
+    let mut domain = Bounds::new(&lower, &upper, &start);
+    let stop = polishc::dwell::descent::Stop { most_iterations: count, relative_decrease: 0.0, value: 0.0, ..STOP };
+    let found = descend(operator, &problem, &mut domain, stop);
+    assert_eq!(found.iterations, count);
+    domain.into_times()
+}
+
 /// One forward product and one transpose: a step of the solver.
 #[divan::bench]
 fn operator_pair(bencher: divan::Bencher) {
     let example = example();
-    let footprint = Footprint::of(&example.influence, 0.0);
+    let footprint = Footprint::of(&example.influence.parts[0], 0.0);
     let samples = Samples::segments(&example.path, footprint.sigma / 2.0);
     let mut operator = Removal::new(&samples, &footprint, window());
     let mut times = vec![0.1; operator.unknowns()];
@@ -153,6 +279,18 @@ fn convolution_library(bencher: divan::Bencher) {
                 }
             }
             grid.fill(1.0);
+        }
+    });
+}
+
+/// The other reference: two products, each of four passes that read and write a grid of that size.
+#[divan::bench]
+fn memory_traffic(bencher: divan::Bencher) {
+    let (from, mut to) = (vec![1.0f64; 360 * 360], vec![0.0f64; 360 * 360]);
+    bencher.bench_local(|| {
+        for _pass in 0..8 {
+            to.copy_from_slice(divan::black_box(&from));
+            divan::black_box(&mut to);
         }
     });
 }

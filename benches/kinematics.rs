@@ -94,7 +94,7 @@ fn main() {
     let request = Request {
         standoff: 1.5e-3,
         azimuth: 0.0,
-        tool_radius: 0.1,
+        tool_ball: polishc::tool::Ball { radius: 0.1, below: 0.0 },
         part: [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]],
         acceleration: 1.0,
         purpose: Purpose::Polish,

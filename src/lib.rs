@@ -28,6 +28,7 @@ pub mod motion;
 pub mod path;
 pub mod report;
 pub mod session;
+pub mod simulate;
 pub mod source;
 pub mod syntax;
 pub mod target;

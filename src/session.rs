@@ -4,6 +4,8 @@
 //! was planned for each job. Nothing is written and no clock is read: [`Watch`] tells the caller which pass begins.
 
 pub mod allow;
+mod requirements;
+pub mod simulation;
 
 use crate::check;
 use crate::diagnostics::codes as code;
@@ -12,9 +14,9 @@ use crate::diagnostics::{Diagnostic, Problem, Severity};
 use crate::dwell::{self, SpeedSteps, TimedPath};
 use crate::eval::{self, Requirement};
 use crate::forecast::{self, Expected, Prospect, Stock};
-use crate::height_map;
+use crate::height_map::{self, Grid};
 use crate::job::{self, Job, Origins, Unchecked};
-use crate::metrology::{self, ErrorMap};
+use crate::metrology::{self, ErrorMap, SurfaceFigures};
 use crate::motion::{self, Checked, Motion, Purpose};
 use crate::path::{self, ToolPath};
 use crate::report::{self, Input, JobResult, Met};
@@ -22,15 +24,16 @@ use crate::source::{FileProvider, Sources, Span};
 use crate::syntax;
 use crate::syntax::ast::Allow;
 use crate::target::{self, Program};
-use crate::tool::{self, InfluenceFunction};
+use crate::tool::{self, InfluenceField};
 use crate::verify::{self, Verified};
 use crate::workpiece;
 use crate::workpiece::form::{self, Surface};
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// Told when a pass begins.
 pub trait Watch {
-    /// `name` is the pass: `check`, `metrology`, `path`, `dwell`, `motion`, `target`, `verify`.
+    /// `name` is the pass: `check`, `metrology`, `path`, `forecast`, `dwell`, `motion`, `target`, `verify`.
     fn pass(&self, name: &'static str);
 }
 
@@ -63,6 +66,8 @@ pub struct Request {
     pub job: Option<String>,
     pub purpose: Purpose,
     pub until: Until,
+    /// Whether the table of residual against machine time is wanted.
+    pub pareto: bool,
     pub warnings_are_errors: bool,
 }
 
@@ -75,6 +80,7 @@ impl Request {
             job: None,
             purpose: Purpose::Polish,
             until: Until::Program,
+            pareto: false,
             warnings_are_errors: false,
         }
     }
@@ -111,17 +117,25 @@ pub struct Planned {
     pub origins: Origins,
     pub requirements: Vec<Requirement>,
     pub error_map: Option<ErrorMap>,
+    /// The figures that the job asks for: of the error map, and of what is predicted to be left.
+    pub figures: Option<[SurfaceFigures; 2]>,
     /// The nominal surface.
     surface: Option<Arc<dyn Surface>>,
     /// The path, until a later pass takes it over; see [`Planned::path`].
     path: Option<ToolPath>,
     /// Its `timed` is empty once motion has taken it over; see [`Planned::timed`].
     pub dwell: Option<dwell::Outcome>,
+    /// Residual against machine time, if the request asks for it.
+    pub pareto: Option<report::ParetoResult>,
     /// What could be said before the dwell was solved.
     pub prospect: Option<Prospect>,
     pub stock: Option<Stock>,
     /// What will come of the run, if the job states how well it knows what it was planned from.
     pub expected: Option<Expected>,
+    /// What the tool removes where.
+    pub influence: Option<InfluenceField>,
+    /// What the expectation reckons with: the job's, and of the gain, where the job says nothing, what several spots say.
+    uncertainty: Option<job::Uncertainty>,
     pub motion: Option<Checked<Motion>>,
     pub program: Option<Verified<Program>>,
     pub result: Option<JobResult>,
@@ -145,12 +159,16 @@ pub fn compile(files: &dyn FileProvider, request: &Request, watch: &dyn Watch) -
             origins: job.origins,
             requirements: job.requirements,
             error_map: None,
+            figures: None,
             surface: None,
             path: None,
             dwell: None,
+            pareto: None,
             prospect: None,
             stock: None,
             expected: None,
+            influence: None,
+            uncertainty: None,
             motion: None,
             program: None,
             result: None,
@@ -161,13 +179,21 @@ pub fn compile(files: &dyn FileProvider, request: &Request, watch: &dyn Watch) -
             if let Err(problems) = passes.run() {
                 said.extend(problems);
             }
+            let whole_way = request.until == Until::Program && request.purpose == Purpose::Polish;
+            if whole_way && !said.iter().any(|problem| problem.severity == Severity::Error) {
+                said.extend(planned.required_nothing());
+            }
             let in_text = |problem| in_text(problem, &planned.origins, &done.sources);
-            let found: Vec<Diagnostic> = said.into_iter().map(in_text).collect();
+            let mut found: Vec<Diagnostic> = said.into_iter().map(in_text).collect();
+            if whole_way && !found.iter().any(|d| d.severity == Severity::Error) {
+                found.extend(planned.doubtful());
+            }
             let warnings = warnings(&found, &compiled.allows);
-            planned.summarise(request.purpose, planned.inputs(files, &done.sources, &request.path), warnings);
+            let inputs = planned.inputs(files, &done.sources, &request.path);
+            planned.summarise(request.purpose, &request.path, inputs, warnings);
             // A program for polishing must do what the job requires; a rehearsal, or a look at a form on the way, need not.
             let finished = !found.iter().any(|d| d.severity == Severity::Error);
-            if finished && request.until == Until::Program && request.purpose == Purpose::Polish {
+            if finished && whole_way {
                 done.diagnostics.extend(planned.unmet());
             }
             done.diagnostics.extend(found);
@@ -244,41 +270,58 @@ impl Passes<'_> {
             if problems.iter().any(|p| p.severity == Severity::Error) { Err(problems) } else { Ok(problems) }
         };
         let mut odd = refuse(workpiece::check(&job.workpiece))?;
-        odd.extend(refuse(tool::check(&job.tool))?);
-        odd.extend(refuse(tool::check_centre_point(&job.tool, job.robot.as_ref()).into_iter().collect())?);
+        odd.extend(refuse(tool::check(&job.tool, job.robot.as_ref()))?);
         odd.extend(refuse(output_checks(&job, until))?);
         self.said.extend(odd);
+        // A look at a plan, a rehearsal or a proof of an older program may speak of a map that is void by now.
+        if until == Until::Program && self.request.purpose == Purpose::Polish {
+            metrology::run_record::check(&self.request.path, &job, self.files).map_err(one)?;
+        }
 
-        let strategy = job.path.strategy();
-        let measured = if strategy.needs_measurement() { Some(self.measure(&job)?) } else { None };
-        self.watch.pass("path");
-        let limits = job.target.as_ref().map(target::limits);
         let surface: Arc<dyn Surface> = form::surface(&job.workpiece.form, self.files).map_err(one)?.into();
         self.planned.surface = Some(surface.clone());
         let surface = &*surface;
         refuse(workpiece::check_surface(&job.workpiece, surface).into_iter().collect())?;
+        let strategy = job.path.strategy();
+        let measured = if strategy.needs_measurement() { Some(self.measure(&job, surface)?) } else { None };
+        self.watch.pass("path");
+        let limits = job.target.as_ref().map(target::limits);
         let setting = path::Setting {
             edge: &job.workpiece.edge,
             clear: &job.workpiece.clear,
             surface,
             most_points: limits.as_ref().map_or(path::MOST_POINTS, |limits| limits.most_points),
             line_points: limits.as_ref().map_or(usize::MAX, |limits| limits.line_points),
-            measured: measured.as_ref().map(|(error, influence)| path::Measured { error, influence }),
+            measured: measured
+                .as_ref()
+                .map(|(error, influence)| path::Measured { error, influence: &influence.parts[0] }),
         };
         let tool_path = path::plan(&job.path, &setting).map_err(one)?;
         let places = (0..tool_path.points.len()).map(|i| [tool_path.points.x[i], tool_path.points.y[i]]);
-        refuse(tool::check_fit(&job.tool, surface, places).into_iter().collect())?;
+        self.said.extend(refuse(tool::check_fit(&job.tool, surface, places).into_iter().collect())?);
         path::chord::check(&tool_path, surface, strategy.chord_error()).map_err(one)?;
+        self.said.extend(tool_path.region.iter().flat_map(|region| region.warnings()));
         if until == Until::Path {
+            self.planned.path = Some(tool_path);
+            return Ok(());
+        }
+        if let (Some(region), Some((error_map, _)), true) = (&tool_path.region, &measured, tool_path.points.is_empty())
+        {
+            let results = report::results_of_nothing(error_map, region);
+            self.said.extend(self.planned.requirements.iter().filter_map(|wanted| not_met(wanted, &results)));
+            self.planned.error_map = Some(error_map.clone());
             self.planned.path = Some(tool_path);
             return Ok(());
         }
         let (error_map, influence) = match measured {
             Some(measured) => measured,
-            None => self.measure(&job)?,
+            None => self.measure(&job, surface)?,
         };
+        let places = (0..tool_path.points.len()).map(|i| [tool_path.points.x[i], tool_path.points.y[i]]);
+        let near_edge = influence.check_places(&job.tool, &job.workpiece, places);
+        self.said.extend(refuse(near_edge.into_iter().collect())?);
 
-        self.watch.pass("dwell");
+        self.watch.pass("forecast");
         let job::Dwell::corrective(corrective) = &job.dwell;
         let speed_steps = limits.as_ref().map_or(FINEST_SPEEDS, |limits| limits.speed_steps);
         let task = dwell::Task {
@@ -291,20 +334,35 @@ impl Passes<'_> {
             edge: &job.workpiece.edge,
             surface,
             influence: &influence,
-            azimuth: job.tool.azimuth(),
+            azimuth: influence.azimuth,
             standoff: job.tool.standoff(),
             dwell: corrective,
             speed_steps,
         };
         self.planned.prospect = forecast::prospect(&task, self.said);
+        if self.request.pareto {
+            // What it warns of, the solve says again.
+            let rows = dwell::pareto(&task, &mut Vec::new()).map_err(one)?;
+            self.planned.pareto = Some(report::pareto(&self.planned.name, &rows));
+        }
+        self.watch.pass("dwell");
         let outcome = dwell::solve(task, self.said).map_err(one)?;
+        if limits.is_some() {
+            let path = &outcome.timed.path;
+            self.said.extend(path::ends::check_last(path, &job.workpiece.edge, influence.radius()));
+        }
         let clear = &job.workpiece.clear;
         self.planned.stock = Some(forecast::stock(&outcome.removal, clear, &job.workpiece.form, surface));
         if let Some(uncertainty) = &job.uncertainty {
-            let mut footprint = dwell::Footprint::of(&influence, job.tool.azimuth());
+            self.watch.pass("forecast");
+            // What the shop does not know of the gain, several spots say.
+            let spots = influence.spread.and_then(|spread| spread.volume);
+            let uncertainty = job::Uncertainty { gain: uncertainty.gain.or(spots), ..uncertainty.clone() };
+            let mut footprint = dwell::Footprint::over(&influence, influence.azimuth);
             footprint.standoff = job.tool.standoff();
             let run = forecast::Run { outcome: &outcome, footprint: &footprint, surface, clear, dwell: corrective };
-            self.planned.expected = forecast::expect(uncertainty, &run).map_err(one)?;
+            self.planned.expected = forecast::expect(&uncertainty, &run).map_err(one)?;
+            self.planned.uncertainty = Some(uncertainty);
         }
         if let Some(limits) = &limits {
             dwell::check_segment_times(
@@ -316,8 +374,13 @@ impl Passes<'_> {
             )
             .map_err(one)?;
         }
+        if let Some(asked) = &job.figures {
+            let of = |grid: &Grid| metrology::surface_figures(grid, &job.workpiece.clear, asked).map_err(one);
+            self.planned.figures = Some([of(&error_map.grid)?, of(&outcome.residual)?]);
+        }
         self.planned.dwell = Some(outcome);
         self.planned.error_map = Some(error_map);
+        self.planned.influence = Some(influence);
         let (Some(robot), Some(limits)) = (&job.robot, &limits) else { return Ok(()) };
         if until == Until::Dwell {
             return Ok(());
@@ -325,11 +388,10 @@ impl Passes<'_> {
 
         self.watch.pass("motion");
         let bounds = job.workpiece.edge.bounds();
-        let job::Tool::mrf_wheel(wheel) = &job.tool;
         let request = motion::Request {
             standoff: job.tool.standoff(),
             azimuth: job.tool.azimuth(),
-            tool_radius: wheel.diameter.0 / 2.0,
+            tool_ball: job.tool.ball(),
             part: [bounds.min, bounds.max],
             acceleration: corrective.acceleration.0,
             purpose: self.request.purpose,
@@ -354,13 +416,25 @@ impl Passes<'_> {
     }
 
     /// What the job's measurements say: the error map on the part, and the influence function.
-    fn measure(&mut self, job: &Job) -> Result<(ErrorMap, InfluenceFunction), Vec<Problem>> {
+    fn measure(&mut self, job: &Job, surface: &dyn Surface) -> Result<(ErrorMap, InfluenceField), Vec<Problem>> {
         self.watch.pass("metrology");
         let error_map = metrology::error_map(&job.workpiece, self.files, self.said).map_err(one)?;
-        let job::Tool::mrf_wheel(wheel) = &job.tool;
-        let influence = InfluenceFunction::new(&wheel.influence, self.files, self.said).map_err(one)?;
+        let influence = InfluenceField::new(&job.tool, &job.workpiece, surface, self.files, self.said)?;
         Ok((error_map, influence))
     }
+}
+
+/// W0640 where there is nothing to polish, and yet a requirement does not hold.
+fn not_met(wanted: &Requirement, results: &BTreeMap<String, f64>) -> Option<Problem> {
+    let found = report::requirement(wanted, results);
+    (found.met == Met::No).then(|| {
+        let message = format!(
+            "there is nothing to polish, but the job requires `{}`, and the map has {}",
+            found.text, found.value
+        );
+        Problem::warning(code::W0640, "path.above", message)
+            .help("lower `above` and `tolerance` until they select what the requirement asks for")
+    })
 }
 
 fn one(problem: Problem) -> Vec<Problem> {
@@ -402,8 +476,8 @@ fn output_checks(job: &Job, until: Until) -> Vec<Problem> {
     problems
 }
 
-/// Programmed speeds without a target: tenths of a micrometre a second, finer than any controller's.
-const FINEST_SPEEDS: SpeedSteps = SpeedSteps::Fixed(1e-7);
+/// Programmed speeds without a target: the digits of a single-precision number, which is what the finest controller keeps.
+const FINEST_SPEEDS: SpeedSteps = SpeedSteps::Digits(7);
 
 /// Says whether an edited or foreign `program` does what the first job of `done` asks, as diagnostics of `done`.
 /// The job must have been compiled as far as [`Until::Motion`].
@@ -417,6 +491,10 @@ pub fn verify(done: &mut Compilation, program: &Program) {
             }
             problems
         }
+        _ if planned.nothing().is_some() => vec![
+            Problem::error(code::E0688, "path", "the job finds nothing to polish, so no program does what it asks")
+                .help("do not run it; a program of an earlier cycle belongs to an earlier map"),
+        ],
         _ => vec![target::no_target()],
     };
     let found: Vec<Diagnostic> =
@@ -450,6 +528,12 @@ impl Planned {
         }
     }
 
+    /// The map and the empty region of a path that finds nothing to polish.
+    pub fn nothing(&self) -> Option<(&ErrorMap, &path::region::Figures)> {
+        let path = self.path.as_ref().filter(|path| path.points.is_empty())?;
+        Some((self.error_map.as_ref()?, path.region.as_ref()?))
+    }
+
     /// What is said beside the solution.
     fn beside(&self) -> report::Beside<'_> {
         report::Beside {
@@ -459,11 +543,40 @@ impl Planned {
         }
     }
 
+    /// The results that are known.
+    fn known(&self) -> BTreeMap<String, f64> {
+        let Some(path) = self.path() else { return BTreeMap::new() };
+        let mut results = match (&self.dwell, self.nothing()) {
+            (Some(outcome), _) => {
+                report::results(outcome, self.beside(), path, self.motion.as_deref(), self.program.as_deref())
+            }
+            (None, Some((error, region))) => report::results_of_nothing(error, region),
+            (None, None) => BTreeMap::new(),
+        };
+        if let Some([_, predicted]) = &self.figures {
+            results.extend(report::metrology::results(predicted));
+        }
+        results
+    }
+
     /// Puts together what is known.
-    fn summarise(&mut self, purpose: Purpose, inputs: Vec<Input>, warnings: Vec<String>) {
-        let (Some(outcome), Some(path)) = (&self.dwell, self.path()) else { return };
+    fn summarise(&mut self, purpose: Purpose, job_file: &str, inputs: Vec<Input>, warnings: Vec<String>) {
+        let Some(path) = self.path() else { return };
         let program = self.program.as_deref();
-        let results = report::results(outcome, self.beside(), path, self.motion.as_deref(), program);
+        let (dwell, predicted) = match (&self.dwell, self.nothing()) {
+            (Some(outcome), _) => (
+                Some(report::dwell(outcome)),
+                report::predicted(
+                    outcome,
+                    self.expected.as_ref(),
+                    self.uncertainty.as_ref(),
+                    purpose == Purpose::DryRun,
+                ),
+            ),
+            (None, Some((error, _))) => (None, report::untouched(error)),
+            (None, None) => return,
+        };
+        let results = self.known();
         self.result = Some(JobResult {
             name: self.name.clone(),
             part: self.job.workpiece.part.clone(),
@@ -472,17 +585,20 @@ impl Planned {
                 Purpose::DryRun => "dry_run",
             },
             programs: report::programs(program),
+            cycle: self.job.cycle,
+            after: self.job.after.clone(),
+            nothing_to_polish: self.nothing().map(|(_, region)| report::nothing(region)),
+            metrology: self.error_map.as_ref().map(|map| {
+                let figures = self.job.figures.as_ref().zip(self.figures.as_ref());
+                report::metrology::result(map, figures, |path| shown(path, job_file))
+            }),
             path: report::path(path),
-            dwell: report::dwell(outcome),
-            predicted: report::predicted(
-                outcome,
-                self.expected.as_ref(),
-                self.job.uncertainty.as_ref(),
-                purpose == Purpose::DryRun,
-            ),
+            dwell,
+            predicted,
             correctable: self.prospect.as_ref().map(report::correctable),
             reach: self.prospect.as_ref().map(report::reach),
             stock: self.stock.as_ref().map(report::stock),
+            spots: self.influence.as_ref().and_then(|influence| influence.spread).map(report::spots),
             motion: self.motion.as_deref().map(report::motion),
             inputs,
             requirements: self.requirements.iter().map(|r| report::requirement(r, &results)).collect(),
@@ -495,56 +611,31 @@ impl Planned {
     /// The files that the job was made from, by content: the texts, then the data. Names are relative to the job's folder
     /// (the last part alone for a file elsewhere), so that a build in another place is the same.
     fn inputs(&self, files: &dyn FileProvider, sources: &Sources, job: &str) -> Vec<Input> {
-        let input = |path: &str, bytes: &[u8]| {
-            let folder = job.rfind('/').map_or("", |slash| &job[..=slash]);
-            let last = path.rsplit(['/', '\\']).next().unwrap_or(path);
-            Input {
-                file: path.strip_prefix(folder).filter(|rest| !rest.starts_with('/')).unwrap_or(last).to_string(),
-                blake3: blake3::hash(bytes).to_hex().to_string(),
-            }
+        let input = |path: &str, bytes: &[u8]| Input {
+            file: shown(path, job),
+            blake3: blake3::hash(bytes).to_hex().to_string(),
         };
         // stdlib belongs to the compiler, whose version is stated; values of `--set` stand in no file.
         let texts = sources.iter().filter(|(_, name, _)| !name.starts_with(['<', '-']));
-        let job::FormError::height_map(map) = &self.job.workpiece.error;
-        let job::Tool::mrf_wheel(wheel) = &self.job.tool;
-        let spot = match &wheel.influence {
-            job::Influence::gaussian(_) => None,
-            job::Influence::measured(spot) => Some(spot.file.as_str()),
-        };
-        let data = std::iter::once(map.file.as_str())
-            .chain(self.job.workpiece.form.files())
-            .chain(spot)
+        let workpiece = &self.job.workpiece;
+        let wanted = workpiece.target.iter().flat_map(job::FormError::files);
+        let data = workpiece
+            .error
+            .files()
+            .into_iter()
+            .chain(wanted)
+            .chain(workpiece.form.files())
+            .chain(self.job.tool.influence().files())
             .filter_map(|path| Some(input(path, &files.read(path, height_map::MOST_BYTES).ok()?)));
         texts.map(|(_, name, text)| input(name, text.as_bytes())).chain(data).collect()
     }
+}
 
-    /// Errors for the requirements that do not hold, or cannot be known.
-    fn unmet(&self) -> Vec<Diagnostic> {
-        let Some(result) = &self.result else { return Vec::new() };
-        let mut diagnostics = Vec::new();
-        for (requirement, found) in self.requirements.iter().zip(&result.requirements) {
-            match found.met {
-                Met::Yes => {}
-                Met::No => diagnostics.push(
-                    Diagnostic::error(
-                        code::E1101,
-                        requirement.span,
-                        format!("the job requires `{}`, and the plan gives {}", found.text, found.value),
-                    )
-                    .help("change the plan, or the requirement if it asks for more than the part needs"),
-                ),
-                Met::Pending => diagnostics.push(
-                    Diagnostic::error(
-                        code::E1102,
-                        requirement.span,
-                        format!("the requirement `{}` speaks of a result that this job does not have", found.text),
-                    )
-                    .help("give the job the `robot` and `target` that the result comes from, or take the line out"),
-                ),
-            }
-        }
-        diagnostics
-    }
+/// A file's name in a result: relative to the job's folder, the last part alone for a file elsewhere.
+fn shown(path: &str, job: &str) -> String {
+    let folder = job.rfind('/').map_or("", |slash| &job[..=slash]);
+    let last = path.rsplit(['/', '\\']).next().unwrap_or(path);
+    path.strip_prefix(folder).filter(|rest| !rest.starts_with('/')).unwrap_or(last).to_string()
 }
 
 /// A problem that no job stands behind, as a diagnostic.

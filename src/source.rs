@@ -52,6 +52,13 @@ pub trait FileProvider: Send + Sync {
     /// the path was typed by a person (`--set map=…`), so any place is allowed.
     fn resolve(&self, from: &str, path: &str) -> Result<String, FileError>;
 
+    /// The names of what stands in the folder at `path`, in order; `NotFound` if there is no such folder, as for a provider
+    /// that knows no folders.
+    fn list(&self, path: &str) -> Result<Vec<String>, FileError> {
+        let _ = path;
+        Err(FileError::NotFound)
+    }
+
     /// The `polish.toml` that marks the project's folder, if there is one.
     fn project_file(&self) -> Option<String> {
         None
@@ -74,6 +81,13 @@ impl FileProvider for MemoryFiles {
 
     fn resolve(&self, from: &str, path: &str) -> Result<String, FileError> {
         normalise(from, path).ok_or(FileError::Outside)
+    }
+
+    fn list(&self, path: &str) -> Result<Vec<String>, FileError> {
+        let inside = |key: &String| Some(key.strip_prefix(path)?.strip_prefix('/')?.split('/').next()?.to_string());
+        let mut names: Vec<String> = self.0.keys().filter_map(inside).collect();
+        names.dedup();
+        if names.is_empty() { Err(FileError::NotFound) } else { Ok(names) }
     }
 }
 

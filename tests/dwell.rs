@@ -6,12 +6,13 @@ use polishc::diagnostics::codes::*;
 use polishc::dwell::removal::{Samples, Window, deposit};
 use polishc::dwell::speed::{Limits, Segments, times};
 use polishc::dwell::{
-    Footprint, Outcome, SegmentTimes, SpeedSteps, Standing, Task, TimedPath, check_segment_times, predict, solve,
+    Footprint, Outcome, SegmentTimes, SpeedSteps, Standing, Task, TimedPath, check_segment_times, pareto, predict,
+    solve,
 };
 use polishc::height_map::Grid;
 use polishc::job::*;
 use polishc::path::{self, Setting, ToolPath};
-use polishc::tool::InfluenceFunction;
+use polishc::tool::{InfluenceField, InfluenceFunction};
 use polishc::units::si::*;
 
 const SIGMA: f64 = 2e-3;
@@ -27,7 +28,7 @@ struct Run {
     error: Grid,
     clear: Aperture,
     edge: Aperture,
-    influence: InfluenceFunction,
+    influence: InfluenceField,
     dwell: Corrective,
 }
 
@@ -62,12 +63,14 @@ fn run(error: Grid) -> Run {
         error,
         clear: circle(35.9e-3),
         edge: circle(40e-3),
-        influence: InfluenceFunction::gaussian(20e-9, SIGMA, 12e-3).expect("positive numbers"),
+        influence: InfluenceFunction::gaussian(20e-9, SIGMA, 12e-3).expect("positive numbers").into(),
         dwell: Corrective {
+            objective: Objective::rms(Empty {}),
             removal_fraction: 1.0,
             piston: Piston::free(FreePiston { at_most: None }),
             feed: Range { from: Speed(0.05e-3), to: Speed(50e-3) },
             acceleration: Acceleration(0.5),
+            lateral_acceleration: None,
         },
     }
 }
@@ -120,11 +123,7 @@ impl Run {
     }
 
     fn limits(&self) -> Limits {
-        Limits {
-            least: self.dwell.feed.from.0,
-            greatest: self.dwell.feed.to.0,
-            acceleration: self.dwell.acceleration.0,
-        }
+        Limits::of(&self.dwell)
     }
 
     #[track_caller]
@@ -178,14 +177,14 @@ fn prediction_agrees_with_the_definition() {
     // From the emitted speeds, by the plain sum over segments and pixels of the true rate. The spot runs out to 4 sigma,
     // where the cut is 3e-4 of the peak: with a step of 1 % there, the definition itself would hang on single pixels.
     let influence = InfluenceFunction::gaussian(20e-9, SIGMA, 16e-3).expect("positive numbers");
-    let run = Run { influence, over: 60e-3, ..run(map(0.4e-3, bump)) };
+    let run = Run { influence: influence.into(), over: 60e-3, ..run(map(0.4e-3, bump)) };
     let mut run = run;
     run.dwell.acceleration = Acceleration(1e4);
     let outcome = run.good();
     let segments = Segments::new(&outcome.timed.path, 0.0);
     let speeds: Vec<f64> = segments.point.iter().map(|&p| outcome.timed.speed[p]).collect();
     let seconds = times(&speeds, &segments, &run.limits());
-    let footprint = Footprint::of(&run.influence, 0.0);
+    let footprint = Footprint::of(&run.influence.parts[0], 0.0);
     let window = Window::of(&run.error);
     let exact = deposit(&Samples::segments(&outcome.timed.path, footprint.sigma / 2.0), &seconds, &footprint, &window);
     let mut inside = 0;
@@ -209,7 +208,7 @@ fn what_a_standing_tool_removes_is_reckoned_with() {
     let standing = vec![Standing { point, seconds: 2.0 }];
     let told = solve(Task { standing: standing.clone(), ..run.task() }, &mut Vec::new()).expect("a solved run");
     let plain = run.good();
-    let footprint = Footprint::of(&run.influence, 0.0);
+    let footprint = Footprint::of(&run.influence.parts[0], 0.0);
     let predict_both = |mut timed: TimedPath| {
         timed.standing = standing.clone();
         predict(timed, &footprint, &Plane {}, &run.error, &run.clear, &run.dwell).expect("a prediction")
@@ -220,7 +219,7 @@ fn what_a_standing_tool_removes_is_reckoned_with() {
     let (x, y) = (path.points.x[point], path.points.y[point]);
     for (i, (with, without)) in untold.removal.values.iter().zip(&plain.removal.values).enumerate() {
         let [px, py] = run.error.position(i / run.error.columns, i % run.error.columns);
-        let spot = 2.0 * run.influence.rate(px - x, py - y);
+        let spot = 2.0 * run.influence.parts[0].rate(px - x, py - y);
         // The table is within 2e-4 of the peak, beside the rim of the cut, 1.1 % of the peak, which it smears.
         assert!(with.is_nan() || (with - without - spot).abs() < 0.012 * 40e-9, "{with} {without} {spot}");
     }
@@ -230,7 +229,7 @@ fn what_a_standing_tool_removes_is_reckoned_with() {
 fn predicting_again_gives_the_same() {
     let run = run(map(0.4e-3, bump));
     let outcome = run.good();
-    let footprint = Footprint::of(&run.influence, 0.0);
+    let footprint = Footprint::of(&run.influence.parts[0], 0.0);
     let again = predict(outcome.timed.clone(), &footprint, &Plane {}, &run.error, &run.clear, &run.dwell)
         .expect("a prediction");
     let bits = |grid: &Grid| grid.values.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
@@ -268,6 +267,58 @@ fn slow_arms_cost_residual_but_are_solved_for() {
         rms.push(run.good().figures.rms);
     }
     assert!(rms[0] < rms[2] && rms[1] <= rms[2], "{rms:?}");
+}
+
+/// Waves of 9 mm, near what the spot can follow, so that something is left.
+fn waves(x: f64, y: f64) -> f64 {
+    bump(x, y) + 5e-9 * (x * 700.0).sin() * (y * 700.0).sin()
+}
+
+#[test]
+fn the_least_peak_to_valley_is_smaller_than_that_of_the_least_rms() {
+    let mut run = run(map(0.4e-3, waves));
+    let rms = run.good().figures;
+    run.dwell.objective = Objective::pv(Empty {});
+    let pv = run.good().figures;
+    assert!(pv.pv < 0.9 * rms.pv && pv.rms > rms.rms, "{pv:?} {rms:?}");
+}
+
+#[test]
+fn the_shortest_run_leaves_what_it_may() {
+    let mut run = run(map(0.4e-3, waves));
+    let best = run.good().figures;
+    let mut times = vec![best.time];
+    for factor in [1.5, 3.0, 6.0] {
+        let asked = factor * best.rms;
+        run.dwell.objective = Objective::time(LeastTime { rms: Length(asked) });
+        let found = run.good().figures;
+        // Never more than asked, by the prediction; nor much less.
+        assert!(found.rms <= asked && found.rms > 0.9 * asked, "{factor}: {} {asked}", found.rms);
+        assert!(found.time < 0.995 * times[times.len() - 1], "{factor}: {} {times:?}", found.time);
+        times.push(found.time);
+    }
+    // What no run leaves is refused, with what one does.
+    run.dwell.objective = Objective::time(LeastTime { rms: Length(0.5 * best.rms) });
+    let problem = run.refused();
+    assert_eq!(problem.code, E0711);
+    let nm: f64 =
+        problem.help.as_deref().unwrap_or("").split(' ').find_map(|word| word.parse().ok()).expect("a number");
+    assert!(nm * 1e-9 >= best.rms * 0.98 && nm * 1e-9 < 1.1 * best.rms + 2e-12, "{nm} {}", best.rms);
+    run.dwell.objective = Objective::time(LeastTime { rms: Length(nm * 1.02e-9) });
+    run.good();
+}
+
+#[test]
+fn the_table_of_choices_goes_from_the_least_residual_to_the_least_time() {
+    let run = run(map(0.4e-3, waves));
+    let best = run.good().figures;
+    let rows = pareto(&run.task(), &mut Vec::new()).expect("a table");
+    assert!(rows.len() >= 4, "{rows:?}");
+    assert!((rows[0].rms / best.solver_rms - 1.0).abs() < 0.05, "{rows:?} {}", best.solver_rms);
+    for pair in rows.windows(2) {
+        assert!(pair[1].time < pair[0].time && pair[1].rms > 0.999 * pair[0].rms, "{rows:?}");
+    }
+    assert!(rows[rows.len() - 1].time < 0.9 * rows[0].time, "{rows:?}");
 }
 
 #[test]
@@ -349,19 +400,33 @@ fn an_off_centre_spot_is_led_the_other_way() {
     }
     let files = polishc::source::MemoryFiles([("spot.npy".to_string(), bytes)].into());
     let measured = Measured {
-        file: "spot.npy".into(),
-        dwell: Time(3.0),
+        spots: vec![polishc::job::Spot {
+            file: "spot.npy".into(),
+            before: None,
+            dwell: Time(3.0),
+            origin: Origin::frame_centre(Empty {}),
+            clock: None,
+        }],
         quantity: Quantity::surface,
         positive: Positive::low,
         view: View::from_tool_side,
         up: Direction::plus_x,
         pixel: Some(Length(0.3e-3)),
         unit: Some(Length(1.0)),
-        origin: Origin::frame_centre(Empty {}),
         radius: Length(9e-3),
+        turns_with: polishc::job::TurnsWith::tool,
+        flow_in_map: None,
+        taken: polishc::job::Conditions::mrf_conditions(polishc::job::MrfConditions {
+            diameter: Length(0.3),
+            speed: polishc::units::si::AngularSpeed(6.0),
+            rotation: polishc::job::WheelRotation::forward,
+            gap: Length(1e-3),
+            material: polishc::job::Material { name: "glass".into() },
+        }),
+        ageing: None,
     };
-    let influence = InfluenceFunction::new(&Influence::measured(measured), &files, &mut Vec::new()).expect("a spot");
-    let run = Run { influence, over: 64e-3, ..run(map(0.4e-3, bump)) };
+    let spots = polishc::tool::measured::read(&measured, "tool.influence", &files, &mut Vec::new()).expect("a spot");
+    let run = Run { influence: spots.function.into(), over: 64e-3, ..run(map(0.4e-3, bump)) };
     let mut warnings = Vec::new();
     for (azimuth, shift) in [(0.0, [-2e-3, 0.0]), (std::f64::consts::FRAC_PI_2, [0.0, -2e-3])] {
         let timed = solve(Task { azimuth, ..run.task() }, &mut warnings).expect("a solved run").timed;
@@ -411,6 +476,7 @@ fn what_cannot_be_is_refused() {
         (E0700, |r| r.dwell.feed.to = Speed(f64::INFINITY)),
         (E0700, |r| r.dwell.acceleration = Acceleration(0.0)),
         (E0700, |r| r.dwell.acceleration = Acceleration(f64::NAN)),
+        (E0700, |r| r.dwell.lateral_acceleration = Some(Acceleration(-1.0))),
         (E0700, |r| r.dwell.removal_fraction = 0.0),
         (E0700, |r| r.dwell.removal_fraction = 1.1),
         (E0701, |r| r.dwell.acceleration = Acceleration(1e-6)),

@@ -53,15 +53,35 @@ fn run_case(case: &Value, document: &Value) -> Result<(), String> {
 enum Tolerance {
     Absolute(f64),
     Relative(f64),
+    /// By key of the output; see [`Tolerance::of_key`].
+    ByKey(serde_json::Map<String, Value>),
 }
 
 impl Tolerance {
     fn of(value: &Value) -> Result<Tolerance, String> {
+        if let Some(keys) = value["abs"].as_object() {
+            return Ok(Tolerance::ByKey(keys.clone()));
+        }
         match (value["abs"].as_f64(), value["rel"].as_f64()) {
             (Some(abs), None) => Ok(Tolerance::Absolute(abs)),
             (None, Some(rel)) => Ok(Tolerance::Relative(rel)),
             _ => Err("`tol` must be one of abs and rel".into()),
         }
+    }
+
+    /// Of keys with tolerances of their own: `KIND_rel` holds for every key that begins with KIND and is relative, any other is
+    /// absolute and holds for its key; a key that is not named takes that of a key in the same unit (`lift_nm` that of `rms_nm`).
+    fn of_key(keys: &serde_json::Map<String, Value>, key: &str) -> Result<Tolerance, String> {
+        let unit = |key: &str| key.rsplit('_').next().map(str::to_string);
+        for (name, value) in keys {
+            let value = value.as_f64().ok_or("a tolerance that is no number")?;
+            match name.strip_suffix("_rel") {
+                Some(kind) if key.starts_with(kind) => return Ok(Tolerance::Relative(value)),
+                None if name == key || unit(name) == unit(key) => return Ok(Tolerance::Absolute(value)),
+                _ => {}
+            }
+        }
+        Err(format!("no tolerance for `{key}`"))
     }
 
     fn compare(&self, at: &str, found: &Value, expected: &Value) -> Result<(), String> {
@@ -73,6 +93,7 @@ impl Tolerance {
                     Tolerance::Absolute(abs) => *abs,
                     Tolerance::Relative(_) if e == 0.0 => 1e-12,
                     Tolerance::Relative(rel) => rel * e.abs(),
+                    Tolerance::ByKey(_) => return Err(format!("{at}: tolerances by key for a number")),
                 };
                 if (f - e).abs() <= allowed { Ok(()) } else { Err(format!("{at}: found {f}, expected {e}")) }
             }
@@ -85,7 +106,11 @@ impl Tolerance {
             // An expected key must be found; the adapter may know more.
             (Value::Object(f), Value::Object(e)) => e.iter().try_for_each(|(key, e)| {
                 let f = f.get(key).ok_or_else(|| format!("{at}.{key}: missing"))?;
-                self.compare(&format!("{at}.{key}"), f, e)
+                let at = format!("{at}.{key}");
+                match self {
+                    Tolerance::ByKey(keys) => Tolerance::of_key(keys, key)?.compare(&at, f, e),
+                    whole => whole.compare(&at, f, e),
+                }
             }),
             (f, e) if f == e => Ok(()),
             (f, e) => Err(format!("{at}: found {f}, expected {e}")),

@@ -15,14 +15,14 @@ use polishc::motion::contact::orientation;
 use polishc::motion::frames::{FrameChain, between, matrix, turn, wxyz};
 use polishc::motion::{Checked, Motion, Purpose, Request, Room, Transform, Travel, plan};
 use polishc::path::Link;
-use polishc::tool::Azimuth;
+use polishc::tool::{Azimuth, Ball};
 use polishc::units::si::{Angle, AngularSpeed, Length, Mass, Speed};
 use std::f64::consts::PI;
 
 const REQUEST: Request = Request {
     standoff: 1.5e-3,
     azimuth: 0.5,
-    tool_radius: 0.1,
+    tool_ball: Ball { radius: 0.1, below: 0.0 },
     part: [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]],
     acceleration: 1.0,
     purpose: Purpose::Polish,
@@ -192,7 +192,7 @@ fn whole_turns_go_on_along_a_run() {
         let centre = [1.4625 + 0.2 + 0.3 + radius, 0.0, 2.105];
         (points.x[i], points.y[i], points.z[i]) = [0, 1, 2].map(|k| centre[k] + radius * normal[k]).into();
     }
-    let request = Request { azimuth: 90_f64.to_radians(), tool_radius: 0.0, ..REQUEST };
+    let request = Request { azimuth: 90_f64.to_radians(), tool_ball: Ball { radius: 0.0, below: 0.0 }, ..REQUEST };
     let motion = planned(timed, &robot, &request);
     let arm = Arm::new(&robot).expect("an arm");
     let fourth = motion.joints.iter().map(|joints| joints[3].to_degrees());
@@ -426,7 +426,7 @@ fn across_a_straight_wrist() -> (TimedPath, job::Robot, Request) {
         (points.y[i], points.x[i], points.z[i]) = (points.x[i], 1.4625 + 0.2 + 0.3 + 1.5e-3, 2.105);
         (points.normal_x[i], points.normal_z[i]) = (-1.0, 0.0);
     }
-    (timed, robot, Request { azimuth: 90_f64.to_radians(), tool_radius: 0.0, ..REQUEST })
+    (timed, robot, Request { azimuth: 90_f64.to_radians(), tool_ball: Ball { radius: 0.0, below: 0.0 }, ..REQUEST })
 }
 
 /// 5 degrees at y = -128 mm, coming from -300 mm.

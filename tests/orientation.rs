@@ -180,3 +180,56 @@ fn a_stated_centre_pixel_is_the_parts_origin() {
     ];
     assert_over_the_bump(&build(map, &changes), "a stated centre");
 }
+
+/// Where a place of the part lies in a picture, mm to the right of its middle and above it: the part turned by `turned` degrees
+/// from +x towards +y, then seen as `view` and `up` say (the table above), then moved in the picture by `shift`.
+fn seen(view: &str, up: &str, turned: f64, shift: [f64; 2], [x, y]: [f64; 2]) -> [f64; 2] {
+    let (sine, cosine) = turned.to_radians().sin_cos();
+    let (x, y) = (cosine * x - sine * y, sine * x + cosine * y);
+    let [right, above] = match up {
+        "plus_y" => [x, y],
+        "plus_x" => [-y, x],
+        "minus_y" => [-x, -y],
+        _ => [y, -x],
+    };
+    [if view == "from_back" { -right } else { right } + shift[0], above + shift[1]]
+}
+
+/// By its marks a map finds its place however it was laid down: turned by an odd angle, beside the middle, in all eight
+/// orientations. Twice the same job, with the turn said by `rotated` instead.
+#[test]
+fn marks_lead_the_tool_to_the_bump() {
+    let marks = [("A", [20.0, 2.0]), ("B", [-3.0, 18.0]), ("C", [-16.0, -11.0])];
+    let on_the_part: Vec<String> = marks
+        .iter()
+        .map(|(name, [x, y])| format!("fiducial {{ name: \"{name}\", at: place {{ x: {x} mm, y: {y} mm }} }}"))
+        .collect();
+    let form = format!("plane\n        fiducials: [{}]", on_the_part.join(", "));
+    let turns = [7.3, -4.1, 12.9, -13.3, 1.7, -9.2, 5.8, -11.6];
+    for (((view, up, place), turned), positive) in ORIENTATIONS.iter().zip(turns).zip(["high", "low"].iter().cycle()) {
+        // The table of this file and the function agree where nothing is turned.
+        let plain = seen(view, up, 0.0, [0.0; 2], BUMP);
+        assert!((plain[0] - place[0]).abs() < 1e-12 && (plain[1] - place[1]).abs() < 1e-12, "{view} {up}");
+        let height = if *positive == "high" { 600.0 } else { -600.0 };
+        for (shift, rotated) in [([4.3, -2.6], false), ([0.0; 2], true)] {
+            let bump = seen(view, up, turned, shift, BUMP);
+            let words = if rotated {
+                format!("frame_centre\n            rotated: {turned} deg")
+            } else {
+                let in_the_picture: Vec<String> = marks
+                    .iter()
+                    .map(|(name, place)| {
+                        let [right, above] = seen(view, up, turned, shift, *place);
+                        let (column, row) = (MIDDLE[0] + right / PIXEL, MIDDLE[1] - above / PIXEL);
+                        format!("mark {{ name: \"{name}\", column: {column:.6}, row: {row:.6} }}")
+                    })
+                    .collect();
+                let marks = in_the_picture.join(", ");
+                format!("frame_centre\n            fiducials: {{ marks: [{marks}], within: 0.1 mm }}")
+            };
+            let changes = [("view", *view), ("up", *up), ("positive", *positive), ("centre", &words), ("form", &form)];
+            let program = build(picture(SIZE, MIDDLE, bump, height), &changes);
+            assert_over_the_bump(&program, &format!("{view}, {up}, turned by {turned} deg, rotated {rotated}"));
+        }
+    }
+}

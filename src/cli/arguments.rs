@@ -84,8 +84,20 @@ pub enum Emit {
     Motion,
     /// Predicted residual in metres on the error map's grid, rows towards +y (`NAME.residual.npy`).
     Residual,
+    /// Residual against machine time: what is to be had (`NAME.pareto.json`, and a table on the screen).
+    Pareto,
+    /// Power spectral densities of the error map and of the predicted residual (`NAME.psd.json`).
+    Psd,
     /// The robot programs too.
     Program,
+}
+
+/// Frames that a log can be in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum LogFrame {
+    /// The part frame, which controllers call the object frame.
+    #[value(alias = "object")]
+    Part,
 }
 
 /// Projects that `new` can make.
@@ -153,6 +165,28 @@ pub enum Command {
         /// Write these intermediate forms instead of programs.
         #[arg(long, value_enum, value_delimiter = ',', value_name = "FORM,…")]
         emit: Vec<Emit>,
+    },
+    /// Predict what a job's program leaves on the part, from its text; or an edited program, or a run by its log.
+    Simulate {
+        file: PathBuf,
+        /// The files of a program, ours or edited, instead of the one that the job makes.
+        #[arg(long, value_name = "PROGRAM", num_args = 1.., conflicts_with = "log")]
+        program: Vec<PathBuf>,
+        /// What a controller or a tracker wrote down of a run.
+        #[arg(long, value_name = "LOG")]
+        log: Option<PathBuf>,
+        /// The frame of the log's positions, where the log does not say it.
+        #[arg(long, value_enum, requires = "log")]
+        frame: Option<LogFrame>,
+        /// Folder for the predicted maps and `simulate.json`; without it nothing is written.
+        #[arg(short, value_name = "DIR")]
+        output: Option<PathBuf>,
+        /// Which job of the file, where it holds several.
+        #[arg(long, value_name = "NAME")]
+        job: Option<String>,
+        /// Give a param its value.
+        #[arg(long, value_name = "NAME=VALUE")]
+        set: Vec<String>,
     },
     /// Plan a job with several values of its params, and show what each is predicted to give.
     Sweep {

@@ -6,12 +6,13 @@ use super::arguments::{Arguments, Command, Common, Deny, Emit, For, MessageForma
 use super::disk::Disk;
 use super::output::{self, Output, RealFolder};
 use super::terminal::{BUG, Timings, WRONG_COMMAND, WRONG_INPUT, finish, say, show};
-use super::{doc, fmt, new, show as shown, sweep};
+use super::{doc, figures, fmt, new, show as shown, simulate, sweep};
 use crate::diagnostics::codes as code;
 use crate::diagnostics::{Code, Diagnostic};
 use crate::height_map;
+use crate::metrology;
 use crate::motion::Purpose;
-use crate::report::{Met, ResultFile};
+use crate::report::{self, ResultFile};
 use crate::session::{self, Compilation, Planned, Request, Until, Watch};
 use crate::source::Sources;
 use crate::target::Program;
@@ -68,6 +69,11 @@ fn dispatch(arguments: &Arguments) -> u8 {
             inspect(common, files, *json, unit.as_deref(), pixel.as_deref())
         }
         Command::New { folder, template } => new::project(common, folder, *template),
+        Command::Simulate { file, program, log, frame, output, job, set } => {
+            let until = if program.is_empty() && log.is_none() { Until::Program } else { Until::Motion };
+            let request = request(common, file, job.as_deref(), set, For::Polish, until);
+            simulate::simulate(common, &request, (program, log.as_deref(), *frame), output.as_deref())
+        }
         Command::Sweep { file, over, job, set } => {
             let request = request(common, file, job.as_deref(), set, For::Polish, Until::Program);
             sweep::sweep(common, &request, over)
@@ -106,6 +112,7 @@ fn request(common: &Common, file: &Path, job: Option<&str>, set: &[String], purp
             For::DryRun => Purpose::DryRun,
         },
         until,
+        pareto: false,
         warnings_are_errors: common.deny == Some(Deny::Warnings),
     }
 }
@@ -118,6 +125,10 @@ fn check(common: &Common, file: &Path, set: &[String], until: Until) -> u8 {
     let status = if done.failed() { WRONG_INPUT } else { 0 };
     if status == 0 && !common.quiet && common.message_format != MessageFormat::Json {
         say(&format!("{}: good", file.display()));
+        for result in done.jobs.iter().filter_map(|planned| planned.result.as_ref()) {
+            say(&format!("{} ({})", result.name, result.part));
+            figures::lines(result).iter().for_each(|line| say(line));
+        }
     }
     finish(common, &timings, status)
 }
@@ -136,16 +147,17 @@ fn build(
     let programs = emit.is_empty() || emit.contains(&Emit::Program);
     let until =
         if programs { Until::Program } else { emit.iter().map(|form| until_of(*form)).max().unwrap_or(Until::Program) };
-    let mut done = session::compile(&disk, &request(common, file, job, set, purpose, until), &timings);
+    let request = Request { pareto: emit.contains(&Emit::Pareto), ..request(common, file, job, set, purpose, until) };
+    let mut done = session::compile(&disk, &request, &timings);
     if done.failed() {
         show(common, &done.sources, &done.diagnostics);
         return finish(common, &timings, WRONG_INPUT);
     }
     timings.pass("write");
     for form in emit {
-        if let Some(planned) =
-            done.jobs.iter().find(|planned| *form != Emit::Program && emitted(&done, planned, *form).is_none())
-        {
+        if let Some(planned) = done.jobs.iter().find(|planned| {
+            *form != Emit::Program && planned.nothing().is_none() && emitted(&done, planned, *form).is_none()
+        }) {
             let word = form.to_possible_value().map(|value| value.get_name().to_string()).unwrap_or_default();
             let message = format!("the job `{}` has no `{word}` to emit", planned.name);
             done.diagnostics.push(
@@ -190,7 +202,7 @@ fn build(
 fn until_of(form: Emit) -> Until {
     match form {
         Emit::Ast | Emit::Job => Until::Types,
-        Emit::Path | Emit::Dwell | Emit::Residual => Until::Dwell,
+        Emit::Path | Emit::Dwell | Emit::Residual | Emit::Pareto | Emit::Psd => Until::Dwell,
         Emit::Motion => Until::Motion,
         Emit::Program => Until::Program,
     }
@@ -231,6 +243,12 @@ fn emitted(done: &Compilation, planned: &Planned, form: Emit) -> Option<(String,
         Emit::Residual => {
             let residual = &planned.dwell.as_ref()?.residual;
             ("residual.npy", npy(residual.columns, residual.values.clone()))
+        }
+        Emit::Pareto => ("pareto.json", serde_json::to_vec_pretty(planned.pareto.as_ref()?).ok()),
+        Emit::Psd => {
+            let of = |grid| metrology::spectrum(grid, &planned.job.workpiece.clear);
+            let (before, left) = (of(&planned.error_map.as_ref()?.grid)?, of(&planned.dwell.as_ref()?.residual)?);
+            ("psd.json", serde_json::to_vec_pretty(&report::metrology::spectra(&before, &left)).ok())
         }
         Emit::Program => return None,
     };
@@ -280,69 +298,30 @@ fn tell(planned: &Planned, folder: &Path, files: &[(String, Vec<u8>)]) {
         let files = if files.len() == 1 { "1 file".to_string() } else { format!("{} files", files.len()) };
         say(&format!("  wrote      {files} in {}", folder.display()));
     }
+    if let Some(why) = &result.nothing_to_polish {
+        say(&format!("  nothing to polish: {why}"));
+        say("  no program");
+        return;
+    }
     say(&format!("  path       {} points on {} lines", result.path.points, result.path.lines));
-    if result.purpose == "dry_run" {
-        say("  dry run    lifted along the normals, slow, process off: it removes nothing");
-    } else {
-        if let Some(landings) = &result.dwell.landings {
+    figures::lines(result).iter().for_each(|line| say(line));
+    if let Some(pareto) = &planned.pareto {
+        say("  to be had      time       RMS        PV     layer");
+        for row in &pareto.rows {
             say(&format!(
-                "  landings   {} times down on the part or up from it, each removes {} nm at most",
-                landings.count,
-                short(landings.depth_nm)
+                "            {:>8.1} min {:>9.3} {:>9.3} {:>9.1} nm",
+                row.time_s / 60.0,
+                row.rms_nm,
+                row.pv_nm,
+                row.base_nm
             ));
         }
-        let predicted = &result.predicted;
-        say(&format!(
-            "  predicted  RMS {} -> {} nm, PV {} -> {} nm, {} nm removed in the mean",
-            short(predicted.rms_before_nm),
-            short(predicted.rms_nm),
-            short(predicted.pv_before_nm),
-            short(predicted.pv_nm),
-            short(predicted.removal_mean_nm)
-        ));
-    }
-    if let Some(motion) = &result.motion {
-        say(&format!(
-            "  motion     {}, every joint at least {:.1} deg inside its range (kinematic estimate)",
-            hours(motion.time_s),
-            motion.joint_margin_deg
-        ));
-    }
-    for requirement in &result.requirements {
-        let word = match requirement.met {
-            Met::Yes => "met",
-            Met::No => "not met",
-            Met::Pending => "pending",
-        };
-        say(&format!("  {word:<9}  {} (is {})", requirement.text, requirement.value));
     }
     if result.programs.is_empty() && files.iter().any(|(name, _)| name == "result.json") {
         say("  no program: the job names no robot and target");
     }
     if !result.programs.is_empty() {
         say(&format!("  unchecked  {}; {}", result.unchecked.join(", "), result.note));
-    }
-}
-
-/// A figure with about three digits, so that a small one is not told as 0.0.
-fn short(value: f64) -> String {
-    let size = value.abs();
-    let decimals = if size >= 100.0 {
-        0
-    } else if size >= 1.0 {
-        1
-    } else {
-        3
-    };
-    format!("{value:.decimals$}")
-}
-
-fn hours(seconds: f64) -> String {
-    let minutes = (seconds / 60.0).round() as u64;
-    if minutes >= 60 {
-        format!("{} h {} min", minutes / 60, minutes % 60)
-    } else {
-        format!("{:.1} min", seconds / 60.0)
     }
 }
 
@@ -354,22 +333,7 @@ fn verify(common: &Common, programs: &[PathBuf], file: &Path, name: Option<&str>
         show(common, &done.sources, &done.diagnostics);
         return finish(common, &timings, WRONG_INPUT);
     }
-    let mut program = Program::default();
-    for path in programs {
-        match std::fs::read(path) {
-            Ok(bytes) => program.files.push(crate::target::ProgramFile {
-                name: path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default(),
-                bytes,
-                points: 0,
-            }),
-            Err(error) => {
-                done.diagnostics.push(Diagnostic::placeless(
-                    code::E1202,
-                    format!("the program `{}` could not be read: {}", path.display(), output::words(&error)),
-                ));
-            }
-        }
-    }
+    let program = read_program(programs, &mut done);
     if !done.failed() {
         timings.pass("verify");
         session::verify(&mut done, &program);
@@ -380,6 +344,28 @@ fn verify(common: &Common, programs: &[PathBuf], file: &Path, name: Option<&str>
         say(&format!("{} does what {} asks", programs_name(programs), file.display()));
     }
     finish(common, &timings, status)
+}
+
+/// The files of a program; what cannot be read is said to `done`.
+pub fn read_program(programs: &[PathBuf], done: &mut Compilation) -> Program {
+    let mut program = Program::default();
+    for path in programs {
+        match std::fs::read(path) {
+            Ok(bytes) => program.files.push(crate::target::ProgramFile { name: last_name(path), bytes, points: 0 }),
+            Err(error) => {
+                done.diagnostics.push(Diagnostic::placeless(
+                    code::E1202,
+                    format!("the program `{}` could not be read: {}", path.display(), output::words(&error)),
+                ));
+            }
+        }
+    }
+    program
+}
+
+/// A path without its folder.
+pub fn last_name(path: &Path) -> String {
+    path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default()
 }
 
 fn programs_name(programs: &[PathBuf]) -> String {

@@ -77,6 +77,20 @@ impl FileProvider for Disk {
         Ok(self.shown(&whole))
     }
 
+    fn list(&self, path: &str) -> Result<Vec<String>, FileError> {
+        let say = |e: std::io::Error| match e.kind() {
+            std::io::ErrorKind::NotFound => FileError::NotFound,
+            _ => FileError::Other(words(&e)),
+        };
+        let entries = std::fs::read_dir(self.here.join(path)).map_err(say)?;
+        let name = |entry: std::io::Result<std::fs::DirEntry>| {
+            entry.map(|entry| entry.file_name().to_string_lossy().into_owned()).map_err(say)
+        };
+        let mut names = entries.map(name).collect::<Result<Vec<String>, FileError>>()?;
+        names.sort();
+        Ok(names)
+    }
+
     fn project_file(&self) -> Option<String> {
         let path = self.root.join(PROJECT_FILE);
         path.is_file().then(|| self.shown(&path))

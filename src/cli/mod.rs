@@ -4,10 +4,12 @@ mod arguments;
 mod commands;
 mod disk;
 mod doc;
+mod figures;
 mod fmt;
 mod new;
 pub mod output;
 mod show;
+mod simulate;
 mod sweep;
 mod terminal;
 

@@ -1,7 +1,8 @@
 //! `polishc sweep`: one job with several values of its params, and what each is predicted to give.
 //!
-//! The values are tried one after the other, each as a build in memory would. A value that fails is a row that says so; the others
-//! are still worked out. Data files are read once.
+//! The values are tried one after the other, each as a build in memory would, as far as the job's requirements need: one that
+//! speaks of the arm's motion plans the motion, one of the program writes and verifies it, all others end at dwell. A
+//! value that fails is a row that says so; the others are still worked out. Data files are read once.
 
 use super::arguments::{Common, MessageFormat};
 use super::disk::Disk;
@@ -9,7 +10,7 @@ use super::terminal::{Timings, WRONG_COMMAND, WRONG_INPUT, finish, say, show};
 use crate::diagnostics::codes as code;
 use crate::diagnostics::{Diagnostic, Severity};
 use crate::report::{JobResult, Met};
-use crate::session::{self, Compilation, Request};
+use crate::session::{self, Compilation, Request, Until, Unwatched};
 use crate::source::{FileError, FileProvider};
 use serde_json::json;
 use std::collections::{BTreeMap, BTreeSet};
@@ -45,13 +46,13 @@ pub fn sweep(common: &Common, request: &Request, over: &[String]) -> u8 {
     }
     let disk = Disk::new(request.path.as_ref(), common.allow_outside);
     let files = Once { files: &disk, read: Mutex::default() };
+    let until = needed(&files, request, &params);
     let mut table = Table { params: params.iter().map(|param| param.name.clone()).collect(), rows: Vec::new() };
     let mut said = BTreeSet::new();
     let mut failed = false;
     for row in 0..rows {
         let values = combination(&params, row);
-        let mut one = request.clone();
-        one.sets.extend(params.iter().map(|param| param.name.clone()).zip(values.iter().cloned()));
+        let one = Request { until, ..with(request, &params, &values) };
         let done = session::compile(&files, &one, &timings);
         failed |= tell(common, &done, &params, &values, &mut said);
         table.add(&done, values);
@@ -60,8 +61,29 @@ pub fn sweep(common: &Common, request: &Request, over: &[String]) -> u8 {
         table.rows.iter().for_each(|row| say(&table.to_json(row)));
     } else {
         say(table.text().trim_end());
+        table.not_met().iter().chain(&table.without_effect()).for_each(|line| say(line));
     }
     finish(common, &timings, if failed { WRONG_INPUT } else { 0 })
+}
+
+/// The request with the values of a row.
+fn with(request: &Request, params: &[Over], values: &[String]) -> Request {
+    let mut one = request.clone();
+    one.sets.extend(params.iter().map(|param| param.name.clone()).zip(values.iter().cloned()));
+    one
+}
+
+/// How far the rows must go for the requirements of the job: a param changes values, not what is required.
+fn needed(files: &dyn FileProvider, request: &Request, params: &[Over]) -> Until {
+    let first = Request { until: Until::Types, ..with(request, params, &combination(params, 0)) };
+    let done = session::compile(files, &first, &Unwatched);
+    let names = done.jobs.iter().flat_map(|planned| &planned.requirements).flat_map(|one| one.results());
+    let until = |name: &str| match name.split('.').next() {
+        Some("motion") => Until::Motion,
+        Some("program") => Until::Program,
+        _ => Until::Dwell,
+    };
+    names.map(until).max().unwrap_or(Until::Dwell)
 }
 
 /// Says what was not said for an earlier row; whether something but a requirement failed.
@@ -148,6 +170,10 @@ impl FileProvider for Once<'_> {
     fn resolve(&self, from: &str, path: &str) -> Result<String, FileError> {
         self.files.resolve(from, path)
     }
+
+    fn list(&self, path: &str) -> Result<Vec<String>, FileError> {
+        self.files.list(path)
+    }
 }
 
 struct Row {
@@ -184,17 +210,22 @@ impl Table {
         let mut cells: Vec<Vec<String>> = Vec::new();
         let mut head = self.params.clone();
         head.extend(several.then(|| "job".to_string()));
-        let columns = ["RMS nm", "PV nm", "removed nm", "time min", "joint margin deg", "required"];
-        head.extend(columns.map(str::to_string));
+        let figures: Vec<_> =
+            self.rows.iter().map(|row| row.outcome.as_ref().ok().map(|result| figures(result))).collect();
+        // A column that no row fills is not shown.
+        let filled = |column: usize| figures.iter().flatten().any(|row| row[column].is_some());
+        let shown: Vec<usize> = (0..COLUMNS.len()).filter(|column| filled(*column)).collect();
+        head.extend(shown.iter().map(|column| COLUMNS[*column].to_string()));
         cells.push(head);
-        for row in &self.rows {
+        for (row, figures) in self.rows.iter().zip(&figures) {
             let mut line = row.values.clone();
-            match &row.outcome {
-                Ok(result) => {
+            match (&row.outcome, figures) {
+                (Ok(result), Some(figures)) => {
                     line.extend(several.then(|| result.name.clone()));
-                    line.extend(figures(result));
+                    line.extend(shown.iter().map(|column| figures[*column].clone().unwrap_or_else(|| "-".into())));
                 }
-                Err(codes) => line.push(codes.clone()),
+                (Err(codes), _) => line.push(codes.clone()),
+                (Ok(_), None) => {}
             }
             cells.push(line);
         }
@@ -214,6 +245,44 @@ impl Table {
         out
     }
 
+    /// A line for each requirement that is not met somewhere: with which values, and what it came to there.
+    fn not_met(&self) -> Vec<String> {
+        let mut failures: Vec<(&str, Vec<String>)> = Vec::new();
+        for row in &self.rows {
+            let Ok(result) = &row.outcome else { continue };
+            for requirement in result.requirements.iter().filter(|requirement| requirement.met == Met::No) {
+                let place = format!("{} ({})", row.values.join(" "), requirement.value);
+                match failures.iter_mut().find(|(text, _)| *text == requirement.text) {
+                    Some((_, places)) => places.push(place),
+                    None => failures.push((&requirement.text, vec![place])),
+                }
+            }
+        }
+        failures.into_iter().map(|(text, places)| format!("not met: {text} with {}", places.join(", "))).collect()
+    }
+
+    /// A line for each param of which every value gives the same plan.
+    fn without_effect(&self) -> Vec<String> {
+        let same = |param: usize| {
+            let mut groups: BTreeMap<(Vec<&String>, &str), BTreeSet<String>> = BTreeMap::new();
+            let (mut rows, mut values) = (0, BTreeSet::new());
+            for row in &self.rows {
+                let Ok(result) = &row.outcome else { return false };
+                let others =
+                    row.values.iter().enumerate().filter(|(i, _)| *i != param).map(|(_, value)| value).collect();
+                let plan = json!([result.path, result.dwell, result.predicted, result.motion, result.programs]);
+                groups.entry((others, &result.name)).or_default().insert(plan.to_string());
+                values.insert(&row.values[param]);
+                rows += 1;
+            }
+            rows > 0 && values.len() > 1 && groups.values().all(|plans| plans.len() == 1)
+        };
+        (0..self.params.len())
+            .filter(|&param| same(param))
+            .map(|param| format!("`{}` changes nothing: every value gives the same plan", self.params[param]))
+            .collect()
+    }
+
     fn to_json(&self, row: &Row) -> String {
         let set: serde_json::Map<String, serde_json::Value> =
             self.params.iter().cloned().zip(row.values.iter().map(|value| json!(value))).collect();
@@ -228,20 +297,28 @@ impl Table {
     }
 }
 
-fn figures(result: &JobResult) -> [String; 6] {
-    let none = || "-".to_string();
+/// Heads of the columns: `expected` is the RMS with the errors of `uncertainty`, `ripple` what the distance of the lines
+/// leaves.
+const COLUMNS: [&str; 8] =
+    ["RMS nm", "expected nm", "PV nm", "ripple nm", "removed nm", "time min", "joint margin deg", "required"];
+
+/// What stands in the columns; `None` where the job has no such figure or the sweep did not go so far.
+fn figures(result: &JobResult) -> [Option<String>; 8] {
     let met = result.requirements.iter().filter(|requirement| requirement.met == Met::Yes).count();
-    let seconds = result.motion.as_ref().map_or(result.dwell.total_s, |motion| motion.time_s);
+    let seconds =
+        result.motion.as_ref().map_or(result.dwell.as_ref().map_or(0.0, |dwell| dwell.total_s), |motion| motion.time_s);
     [
-        format!("{:.2}", result.predicted.rms_nm),
-        format!("{:.1}", result.predicted.pv_nm),
-        format!("{:.1}", result.predicted.removal_mean_nm),
-        format!("{:.1}", seconds / 60.0),
-        result.motion.as_ref().map_or_else(none, |motion| format!("{:.1}", motion.joint_margin_deg)),
+        Some(format!("{:.2}", result.predicted.rms_nm)),
+        result.predicted.rms_expected_nm.map(|rms| format!("{rms:.2}")),
+        Some(format!("{:.1}", result.predicted.pv_nm)),
+        result.predicted.ripple_nm.map(|ripple| format!("{ripple:.3}")),
+        Some(format!("{:.1}", result.predicted.removal_mean_nm)),
+        Some(format!("{:.1}", seconds / 60.0)),
+        result.motion.as_ref().map(|motion| format!("{:.1}", motion.joint_margin_deg)),
         match result.requirements.len() {
-            0 => none(),
-            all if met == all => "met".into(),
-            all => format!("{met} of {all} met"),
+            0 => None,
+            all if met == all => Some("met".into()),
+            all => Some(format!("{met} of {all} met")),
         },
     ]
 }

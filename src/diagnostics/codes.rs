@@ -2,7 +2,8 @@
 //! an example that causes it, and the mend. `polishc explain E0101` prints the page.
 //!
 //! Ranges: 01 syntax · 02 names · 03 types and dimensions · 04 fields, ranges, values · 05 files and metrology ·
-//! 06 workpiece, tool, path · 07 dwell · 08 motion · 09 target · 10 verify · 11 requirements · 12 command line.
+//! 06 workpiece, tool, path · 07 dwell, forecast · 08 motion · 09 target · 10 verify · 11 requirements · 12 command line ·
+//! 13 simulate.
 //! Warnings are `W` with the same ranges.
 
 use std::fmt;
@@ -163,10 +164,29 @@ codes! {
     E0517
     E0518
     E0519
+    E0530
+    E0531
+    E0532
+    E0533
+    E0534
+    E0535
+    E0536
+    E0537
+    E0538
+    E0540
+    E0541
+    E0542
+    E0543
+    E0544
+    E0545
+    E0546
+    E0547
     W0500
     W0501
     W0502
     W0503
+    W0510
+    W0511
     // workpiece, tool, path
     E0600
     E0601
@@ -188,10 +208,38 @@ codes! {
     E0644
     E0645
     E0646
+    E0650
+    E0651
+    E0652
+    E0653
+    E0654
+    E0655
+    E0656
+    E0657
+    E0658
+    E0680
+    E0681
+    E0682
+    E0683
+    E0684
+    E0685
+    E0686
+    E0687
+    E0688
     E0690
     E0691
     E0692
     E0693
+    W0600
+    W0601
+    W0602
+    W0603
+    W0604
+    W0640
+    W0641
+    W0642
+    W0643
+    W0645
     // dwell
     E0700
     E0701
@@ -202,12 +250,15 @@ codes! {
     E0707
     E0708
     E0709
+    E0710
+    E0711
     W0700
     W0701
     W0702
     W0704
     W0705
     W0706
+    W0710
     // forecast
     E0730
     W0730
@@ -271,4 +322,16 @@ codes! {
     E1204
     E1205
     E1206
+    // simulate
+    E1300
+    E1301
+    E1302
+    E1303
+    E1304
+    E1305
+    E1306
+    W1300
+    W1301
+    W1302
+    W1303
 }

@@ -63,7 +63,7 @@ impl Relief {
     /// Depth removed at every pixel, metres along the normal, row-major; 0 where the form does not exist.
     pub fn removal(&self, timed: &TimedPath, footprint: &Footprint, limits: &Limits) -> Vec<f64> {
         let window = &self.window;
-        let table = Table::new(footprint);
+        let tables: Vec<Table> = (0..footprint.parts()).map(|part| Table::new(footprint, part)).collect();
         let reach = WIDER * footprint.radius;
         let half = (reach / window.pixel[1]).ceil() as usize + 1;
         let (stamps, start) = by_rows(stamps(timed, footprint, reach, limits, window), window, half);
@@ -71,8 +71,12 @@ impl Relief {
         let below = (2 * half).div_ceil(ROWS) + 1;
         let mut depths = vec![0.0; window.len()];
         depths.par_chunks_mut(ROWS * window.columns.max(1)).enumerate().for_each(|(chunk, depths)| {
+            let mut weights = vec![1.0; tables.len()];
             for stamp in &stamps[start[(chunk + 1).saturating_sub(below)]..start[chunk + 1]] {
-                self.stamp(stamp, &table, reach, chunk * ROWS, depths);
+                footprint.weights(stamp.contact[0], stamp.contact[1], &mut weights);
+                for (table, weight) in tables.iter().zip(&weights) {
+                    self.stamp(&Stamp { time: stamp.time * weight, ..*stamp }, table, reach, chunk * ROWS, depths);
+                }
             }
         });
         depths
@@ -117,7 +121,7 @@ struct Stamp {
 fn stamps(timed: &TimedPath, footprint: &Footprint, reach: f64, limits: &Limits, window: &Window) -> Vec<Stamp> {
     let points = &timed.path.points;
     let mut stamps = Vec::new();
-    each_stamp(timed, footprint, reach, limits, window, |Place { from, to, t }, time| {
+    each_stamp(timed, footprint, reach, limits, window, |Place { from, to, t, .. }, time| {
         let between = |a: [f64; 3], b: [f64; 3]| [0, 1, 2].map(|i| a[i] + t * (b[i] - a[i]));
         let contact = between(points.position(from), points.position(to));
         let normal = between(points.normal(from), points.normal(to));
@@ -151,12 +155,13 @@ struct Table {
 }
 
 impl Table {
-    fn new(footprint: &Footprint) -> Table {
+    fn new(footprint: &Footprint, part: usize) -> Table {
         let step = footprint.sigma / STEPS_IN_SIGMA;
         let half = (footprint.radius / step).ceil() as usize + 1;
         let side = 2 * half + 1;
         let at = |k: usize| (k as f64 - half as f64) * step;
-        let values = (0..side * side).into_par_iter().map(|i| footprint.rate(at(i % side), at(i / side))).collect();
+        let values =
+            (0..side * side).into_par_iter().map(|i| footprint.rate_of(part, at(i % side), at(i / side))).collect();
         Table { step, half, values }
     }
 
@@ -253,7 +258,7 @@ mod tests {
     use crate::workpiece::form;
 
     const SIGMA: f64 = 2e-3;
-    const LIMITS: Limits = Limits { least: 1e-4, greatest: 0.1, acceleration: 0.5 };
+    const LIMITS: Limits = Limits { least: 1e-4, greatest: 0.1, acceleration: 0.5, lateral: 0.5 };
 
     fn window() -> Window {
         Window { columns: 81, rows: 84, pixel: [0.5e-3; 2], origin: [-20e-3, -21e-3] }

@@ -5,12 +5,13 @@
 
 use super::field::Field;
 use super::footprint::Footprint;
-use super::least_squares::Base;
+use super::objective::Base;
 use super::outcome::Figures;
 use super::speed::{self, Limits, Segments};
 use super::{SpeedSteps, TimedPath};
 use crate::diagnostics::{Problem, codes};
-use crate::job::{Corrective, Piston};
+use crate::job::{Corrective, Objective, Piston};
+use crate::path::ToolPath;
 
 /// The least time between two moves that a controller takes, and the least that is usual for it, seconds.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,7 +31,7 @@ pub fn check_segment_times(
     wanted: &SegmentTimes,
     warnings: &mut Vec<Problem>,
 ) -> Result<(), Problem> {
-    let limits = Limits { least: dwell.feed.from.0, greatest: dwell.feed.to.0, acceleration: dwell.acceleration.0 };
+    let limits = Limits::of(dwell);
     let segments = Segments::new(&timed.path, standoff);
     let speeds: Vec<f64> = segments.point.iter().map(|&p| timed.speed[p]).collect();
     let times = speed::times(&speeds, &segments, &limits);
@@ -65,7 +66,7 @@ pub fn check_segment_times(
 
 /// The job's limits, if they can be used.
 pub(super) fn limits(dwell: &Corrective, steps: SpeedSteps) -> Result<Limits, Problem> {
-    let (least, greatest, acceleration) = (dwell.feed.from.0, dwell.feed.to.0, dwell.acceleration.0);
+    let Limits { least, greatest, acceleration, lateral } = Limits::of(dwell);
     let refuse = |field: &str, message: String| {
         Err(Problem::error(codes::E0700, format!("dwell.{field}"), message).help("correct the number"))
     };
@@ -83,18 +84,46 @@ pub(super) fn limits(dwell: &Corrective, steps: SpeedSteps) -> Result<Limits, Pr
         let message = format!("the feed holds no speed that the controller can be told, in steps of {step:.6} mm/s");
         return Err(Problem::error(codes::E0700, "dwell.feed", message).help("widen the range"));
     }
-    if !(acceleration > 0.0 && acceleration.is_finite()) {
-        return refuse(
-            "acceleration",
-            format!("the acceleration is {} mm/s²; it must be positive", acceleration * 1e3),
-        );
+    for (field, value) in [("acceleration", acceleration), ("lateral_acceleration", lateral)] {
+        if !(value > 0.0 && value.is_finite()) {
+            return refuse(field, format!("the acceleration is {} mm/s²; it must be positive", value * 1e3));
+        }
     }
     let fraction = dwell.removal_fraction;
     if !(fraction > 0.0 && fraction <= 1.0) {
         let message = format!("`removal_fraction` is {} %; it must lie above 0 % and at most at 100 %", fraction * 1e2);
         return refuse("removal_fraction", message);
     }
-    Ok(Limits { least, greatest, acceleration })
+    Ok(Limits { least, greatest, acceleration, lateral })
+}
+
+/// No corner of the path may be too sharp for the least feed.
+pub(super) fn check_corners(
+    path: &ToolPath,
+    segments: &Segments,
+    limits: &Limits,
+    steps: SpeedSteps,
+) -> Result<(), Problem> {
+    let sharpest = (0..segments.length.len()).max_by(|&a, &b| segments.curvature[a].total_cmp(&segments.curvature[b]));
+    let Some(i) = sharpest else { return Ok(()) };
+    let greatest = segments.greatest(i, limits);
+    let least = steps.up(limits.least);
+    if greatest >= least {
+        return Ok(());
+    }
+    let [x, y, _] = path.points.position(segments.point[i]);
+    let message = format!(
+        "near x {:.3} mm, y {:.3} mm the path turns with a radius of {:.4} mm, where {:.3} mm/s² across the way allow \
+         {:.4} mm/s, less than the least feed of {:.4} mm/s",
+        x * 1e3,
+        y * 1e3,
+        1e3 / segments.curvature[i],
+        limits.lateral * 1e3,
+        greatest * 1e3,
+        least * 1e3
+    );
+    Err(Problem::error(codes::E0710, "dwell.feed", message)
+        .help(format!("lower the least feed to {:.4} mm/s, or let the path turn more gently", greatest * 1e3)))
 }
 
 /// The least feed must be reachable from rest within half a segment, where a line ends.
@@ -264,6 +293,31 @@ pub(super) fn check_solved(figures: &Figures, dwell: &Corrective, warnings: &mut
             .note("valleys deeper than the layer lose glass too, since no feed is fast enough to remove nothing")
             .help("raise `at_most`, or the upper end of `feed`"));
     }
+    if let Objective::time(time) = &dwell.objective
+        && figures.missed > time.rms.0
+    {
+        let message = format!(
+            "the best that this path, spot and feed leave is {:.4} nm RMS, more than the {:.4} nm asked for",
+            figures.missed * 1e9,
+            time.rms.0 * 1e9
+        );
+        // Rounded up to a thousandth of a nanometre, the finest that is printed.
+        let good = (figures.missed * 1e12).ceil() * 1e-3 + 0.001;
+        return Err(Problem::error(codes::E0711, "dwell.objective.rms", message)
+            .help(format!("ask for {good:.3} nm or more; `--emit pareto` shows what is to be had in which time")));
+    }
+    if figures.stopped_early {
+        let message = format!(
+            "the solver used its {} steps while they still lowered the residual, now {:.3} nm RMS",
+            figures.iterations,
+            figures.rms * 1e9
+        );
+        warnings.push(
+            Problem::warning(codes::W0710, "dwell", message)
+                .note("the run does what is predicted of it; a better one may exist")
+                .help("lay the lines closer, or widen `feed`"),
+        );
+    }
     if figures.rms > figures.before_rms {
         let message = format!(
             "the run is predicted to leave the part worse: {:.3} nm RMS, from {:.3} nm",
@@ -276,4 +330,30 @@ pub(super) fn check_solved(figures: &Figures, dwell: &Corrective, warnings: &mut
         );
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::job::{Empty, FreePiston};
+    use crate::units::si::{Acceleration, Range, Speed};
+
+    #[test]
+    fn a_solver_that_was_cut_short_is_told_of() {
+        let dwell = Corrective {
+            objective: Objective::rms(Empty {}),
+            removal_fraction: 1.0,
+            piston: Piston::free(FreePiston { at_most: None }),
+            feed: Range { from: Speed(1e-3), to: Speed(0.1) },
+            acceleration: Acceleration(0.5),
+            lateral_acceleration: None,
+        };
+        let figures = Figures { before_rms: 1e-8, rms: 1e-9, iterations: 200, ..Figures::default() };
+        let mut warnings = Vec::new();
+        check_solved(&figures, &dwell, &mut warnings).expect("a usable run");
+        assert!(warnings.is_empty());
+        check_solved(&Figures { stopped_early: true, ..figures }, &dwell, &mut warnings).expect("a usable run");
+        assert_eq!(warnings.iter().map(|w| w.code.as_str()).collect::<Vec<_>>(), ["W0710"]);
+        assert!(warnings[0].message.contains("200 steps") && warnings[0].message.contains("1.000 nm"));
+    }
 }

@@ -35,9 +35,10 @@ impl Field {
         };
         let (mut corner, mut count) = ([0; 2], [0; 2]);
         for axis in 0..2 {
-            // Pixels whose centre can lie inside the clear aperture.
-            let first = ((bounds.min[axis] - error.origin[axis]) / error.pixel[axis]).ceil();
-            let last = ((bounds.max[axis] - error.origin[axis]) / error.pixel[axis]).floor();
+            // Pixels whose centre can lie inside the clear aperture. A millionth of a pixel is rounding: one that lies on the
+            // boundary belongs to it on every side.
+            let first = ((bounds.min[axis] - error.origin[axis]) / error.pixel[axis] - 1e-6).ceil();
+            let last = ((bounds.max[axis] - error.origin[axis]) / error.pixel[axis] + 1e-6).floor();
             if !(first >= 0.0 && last < size[axis] as f64) {
                 return Err(refuse("the map is smaller than the clear aperture".to_string()));
             }
@@ -73,6 +74,12 @@ impl Field {
             return Err(refuse("not one pixel of the map lies inside the clear aperture".to_string()));
         }
         Ok(field)
+    }
+
+    /// The same pixels and weights with other values.
+    pub fn with_values(&self, values: Vec<f64>) -> Field {
+        let weights = self.weights.clone();
+        Field { window: self.window, values, weights, corner: self.corner, map_columns: self.map_columns }
     }
 
     /// Index in the map's values of pixel `i` of the window.

@@ -3,12 +3,16 @@
 //! In: a removal rate over the place relative to the contact point, in the part's axes. Out: a [`Footprint`]: that rate
 //! with its reach, its volume and its width, which is all that the removal operators ask of a tool.
 
-use crate::tool::{Azimuth, InfluenceFunction, part_to_tool};
+use crate::tool::{Azimuth, InfluenceField, InfluenceFunction, part_to_tool};
 use rayon::prelude::*;
 
 /// Removal rate around the contact point, in the axes of the part. Positive takes glass away.
+///
+/// What a tool removes may depend on where it stands: then its rate is a sum of a few parts, each with a weight that belongs to
+/// the place of the tool.
 pub struct Footprint<'a> {
-    rate: Box<dyn Fn(f64, f64) -> f64 + Sync + 'a>,
+    rates: Vec<Box<dyn Fn(f64, f64) -> f64 + Sync + 'a>>,
+    weights: Option<Box<dyn Fn(f64, f64, &mut [f64]) + Sync + 'a>>,
     /// Nothing is removed farther than this from the contact point, metres.
     pub radius: f64,
     /// Integral of the rate, m³/s.
@@ -24,7 +28,8 @@ pub struct Footprint<'a> {
 impl<'a> Footprint<'a> {
     /// Of any rate in m/s; it must vanish beyond `radius`.
     pub fn new(rate: impl Fn(f64, f64) -> f64 + Sync + 'a, radius: f64, volume_rate: f64, sigma: f64) -> Footprint<'a> {
-        Footprint { rate: Box::new(rate), radius, volume_rate, sigma, azimuth: Azimuth::new(0.0), standoff: 0.0 }
+        let azimuth = Azimuth::new(0.0);
+        Footprint { rates: vec![Box::new(rate)], weights: None, radius, volume_rate, sigma, azimuth, standoff: 0.0 }
     }
 
     /// Of a tool whose x axis points along `azimuth` on the part (radians, from +x towards +y).
@@ -37,9 +42,62 @@ impl<'a> Footprint<'a> {
         Footprint { azimuth: Azimuth::new(azimuth), ..flat }
     }
 
-    /// Removal rate at `(dx, dy)` from the contact point, m/s.
+    /// Of a tool that may remove otherwise at other places, whose x axis points along `azimuth` on the part. The volume rate is
+    /// that at the part's origin.
+    pub fn over(influence: &'a InfluenceField, azimuth: f64) -> Footprint<'a> {
+        let mut footprint = Footprint::of(&influence.parts[0], azimuth);
+        if influence.is_uniform() {
+            return footprint;
+        }
+        for part in &influence.parts[1..] {
+            footprint.rates.extend(Footprint::of(part, azimuth).rates);
+        }
+        footprint.radius = influence.radius();
+        footprint.sigma = influence.sigma_scale();
+        let mut weights = vec![0.0; influence.parts.len()];
+        influence.weights(0.0, 0.0, &mut weights);
+        footprint.volume_rate =
+            influence.parts.iter().zip(&weights).map(|(part, weight)| weight * part.volume_rate()).sum();
+        footprint.weights = Some(Box::new(move |x: f64, y: f64, weights: &mut [f64]| influence.weights(x, y, weights)));
+        footprint
+    }
+
+    /// Number of parts.
+    pub fn parts(&self) -> usize {
+        self.rates.len()
+    }
+
+    /// Removal rate of a part at `(dx, dy)` from the contact point, m/s.
+    pub fn rate_of(&self, part: usize, dx: f64, dy: f64) -> f64 {
+        (self.rates[part])(dx, dy)
+    }
+
+    /// The weight of each part for a tool that stands at `(x, y)` of the part; `weights` is as long as there are parts.
+    pub fn weights(&self, x: f64, y: f64, weights: &mut [f64]) {
+        match &self.weights {
+            Some(weigh) => weigh(x, y, weights),
+            None => weights.fill(1.0),
+        }
+    }
+
+    /// Removal rate at `(dx, dy)` from the contact point of a tool that stands at the part's origin, m/s: everywhere, if the
+    /// tool is the same everywhere.
     pub fn rate(&self, dx: f64, dy: f64) -> f64 {
-        (self.rate)(dx, dy)
+        self.rate_from([0.0; 2], [dx, dy])
+    }
+
+    /// Removal rate at `to` of a tool that stands at `from`, m/s.
+    pub fn rate_from(&self, from: [f64; 2], to: [f64; 2]) -> f64 {
+        let (dx, dy) = (to[0] - from[0], to[1] - from[1]);
+        if self.weights.is_none() {
+            return self.rate_of(0, dx, dy);
+        }
+        if dx * dx + dy * dy > self.radius * self.radius {
+            return 0.0;
+        }
+        let mut weights = vec![0.0; self.parts()];
+        self.weights(from[0], from[1], &mut weights);
+        weights.iter().enumerate().map(|(part, weight)| weight * self.rate_of(part, dx, dy)).sum()
     }
 
     /// The greatest rate, m/s, on a grid of a sixteenth of a sigma about the contact point.
@@ -81,5 +139,16 @@ pub(super) mod examples {
         };
         let volume = 2.0 * PI * sigma * sigma * peak * (1.0 - libm::exp(-radius * radius / (2.0 * sigma * sigma)));
         Footprint::new(rate, radius, volume, sigma)
+    }
+
+    /// A Gaussian of 2 mm sigma, and to the right more and more of one of 3 mm, both cut where they no longer matter.
+    pub fn two_parts() -> Footprint<'static> {
+        let (narrow, wide) = (gaussian(1e-8, 2e-3, 15e-3), gaussian(1e-8, 3e-3, 15e-3));
+        let weigh = |x: f64, _: f64, weights: &mut [f64]| weights.copy_from_slice(&[1.0, 0.5 + 40.0 * x]);
+        Footprint {
+            rates: narrow.rates.into_iter().chain(wide.rates).collect(),
+            weights: Some(Box::new(weigh)),
+            ..gaussian(1e-8, 2e-3, 15e-3)
+        }
     }
 }

@@ -7,7 +7,7 @@ use super::field::Field;
 use super::footprint::Footprint;
 use super::speed::{self, Limits, Segments};
 use super::timed::link_length;
-use super::{TimedPath, prediction};
+use super::{Ripple, TimedPath, prediction};
 use crate::diagnostics::Problem;
 use crate::height_map::Grid;
 use crate::job::{Aperture, Corrective};
@@ -23,6 +23,8 @@ pub struct Outcome {
     /// Error that will be left, the even layer taken out; NaN outside the clear aperture.
     pub residual: Grid,
     pub figures: Figures,
+    /// What the distance of the lines leaves; [`predict`] does not look at it.
+    pub ripple: Option<Ripple>,
 }
 
 /// What the report says of a solved run. Lengths in metres, times in seconds.
@@ -34,6 +36,8 @@ pub struct Figures {
     /// Of the predicted residual.
     pub rms: f64,
     pub pv: f64,
+    /// RMS of what will be missing of the part of the error that this run is to take off, beside the even layer.
+    pub missed: f64,
     /// Even layer removed beside the wanted part of the error: the mean of removal - removal_fraction * error.
     pub base: f64,
     pub mean_removal: f64,
@@ -60,6 +64,8 @@ pub struct Figures {
     pub iterations: usize,
     /// Solves: one, and one more each time that the arm's acceleration asked for slower speeds.
     pub rounds: usize,
+    /// The solver used all its steps while they still gained something.
+    pub stopped_early: bool,
     /// What the solver's own operator says of the same times (without rounding): a check of one against the other.
     pub solver_rms: f64,
 }
@@ -78,7 +84,7 @@ pub fn predict(
     dwell: &Corrective,
 ) -> Result<Outcome, Problem> {
     let field = Field::new(error, clear)?;
-    let limits = Limits { least: dwell.feed.from.0, greatest: dwell.feed.to.0, acceleration: dwell.acceleration.0 };
+    let limits = Limits::of(dwell);
     let depths = match Relief::of(surface, &field.window) {
         Some(relief) => relief.removal(&timed, footprint, &limits),
         None => prediction::removal(&timed, footprint, &limits, &field.window),
@@ -100,11 +106,13 @@ pub fn predict(
     let (rms, pv) = spread(&left);
     let segments = Segments::new(&timed.path, footprint.standoff);
     let speeds: Vec<f64> = segments.point.iter().map(|&p| timed.speed[p]).collect();
+    let (missed, _) = spread(&|i| depths[i] - fraction * field.values[i]);
     let figures = Figures {
         before_rms,
         before_pv,
         rms,
         pv,
+        missed,
         base,
         mean_removal: mean(&|i| depths[i]),
         greatest_removal: inside.iter().fold(0.0, |most, &i| depths[i].max(most)),
@@ -118,7 +126,7 @@ pub fn predict(
         removal.values[at] = depths[i];
         residual.values[at] = left(i);
     }
-    Ok(Outcome { timed, removal, residual, figures })
+    Ok(Outcome { timed, removal, residual, figures, ripple: None })
 }
 
 /// A grid like `like`, unknown everywhere.

@@ -1,24 +1,27 @@
 //! The plan of a corrective run: checks, solve, speeds, prediction.
 //!
-//! In: a [`Task`]. Out: an [`Outcome`], or what makes the run impossible, with the number that would mend it.
+//! In: a [`Task`]. Out: an [`Outcome`], or what makes the run impossible, with the number that would mend it; or the
+//! [table](super::pareto) of what is to be had in which time.
 
+use super::SpeedSteps;
 use super::curved::{self, Relief, cosines, steepest};
-use super::feasibility::{check_base, check_resolution, check_solved, check_start, limits};
+use super::descent::Ended;
+use super::feasibility::{check_base, check_corners, check_resolution, check_solved, check_start, limits};
 use super::field::Field;
 use super::footprint::{Footprint, floor_depth};
-use super::least_squares::Stop;
+use super::objective::{Base, Figures as Residual};
 use super::outcome::{Figures, Outcome, predict};
 use super::removal::{Removal, Samples, deposit};
-use super::solver::{LATER_ITERATIONS, LIMIT_COST, STOP, Solved, Solver};
-use super::speed::{self, Segments};
-use super::start::start;
+use super::solver::{Aim, LATER_ITERATIONS, MOST_ITERATIONS, NOTHING, Solved, Solver};
+use super::speed::{self, Limits, Segments};
+use super::start::{Start, start};
 use super::timed::{Standing, TimedPath};
-use super::{SpeedSteps, solver};
 use crate::diagnostics::Problem;
 use crate::height_map::Grid;
-use crate::job::{Aperture, Corrective};
-use crate::path::{self, ToolPath};
-use crate::tool::InfluenceFunction;
+use crate::job::{self, Aperture, Corrective};
+use crate::path::ToolPath;
+use crate::path::ends::{self, LineEnds};
+use crate::tool::InfluenceField;
 use crate::workpiece::form::Surface;
 
 /// Everything that a corrective run is planned from. Lengths in metres, times in seconds.
@@ -36,7 +39,7 @@ pub struct Task<'a> {
     pub edge: &'a Aperture,
     /// The nominal surface that the path lies on.
     pub surface: &'a dyn Surface,
-    pub influence: &'a InfluenceFunction,
+    pub influence: &'a InfluenceField,
     /// Direction of the tool's x axis on the part, radians.
     pub azimuth: f64,
     /// Distance of the tool centre point from the contact along the normal, metres.
@@ -46,25 +49,41 @@ pub struct Task<'a> {
     pub speed_steps: SpeedSteps,
 }
 
-/// Corrections of the wanted depths on a curved part. Each shrinks what the solver's plane gets wrong to a part of it (a
-/// tenth to a third on slopes up to 30 degrees), so that three bring it below the limits' own cost.
-const MOST_CORRECTIONS: usize = 5;
+/// A run that can be solved: all that stands before the solve.
+pub(super) struct Prepared<'a> {
+    limits: Limits,
+    footprint: Footprint<'a>,
+    segments: Segments,
+    /// The solver's grid.
+    coarse: Field,
+    /// The glass on it, where it is not flat.
+    relief: Option<Relief>,
+    /// Wanted depths on the solver's grid, and of these what is left to the segments.
+    asked: Vec<f64>,
+    pub depths: Vec<f64>,
+    base: Base,
+    /// Greatest speeds of the segments, and the times at these and at the least feed.
+    fastest: Vec<f64>,
+    lower: Vec<f64>,
+    upper: Vec<f64>,
+    pub start: Start,
+    /// Depth that the path loses at the greatest feed.
+    floor: f64,
+    ends: LineEnds,
+    /// How long a landing counts as standing.
+    landing_time: f64,
+}
 
-/// Solves the dwell of a run. Oddities that leave it usable are said to `warnings`.
-///
-/// # Errors
-///
-/// E0644 (a line ends over the part), E0700 (feed, acceleration or fraction unusable), E0701 (the arm cannot reach the
-/// least feed in one segment), E0702 (the floor is deeper than what is wanted), E0509 (the map does not cover the clear
-/// aperture), E0704 (the path does not reach part of it), E0705 (nothing to remove), E0706 (pixels too coarse).
-pub fn solve(task: Task, warnings: &mut Vec<Problem>) -> Result<Outcome, Problem> {
+/// The run, and its operator.
+pub(super) fn prepare<'a>(task: &Task<'a>, warnings: &mut Vec<Problem>) -> Result<(Prepared<'a>, Removal), Problem> {
     let dwell = task.dwell;
     let limits = limits(dwell, task.speed_steps)?;
-    let mut footprint = Footprint::of(task.influence, task.azimuth);
+    let mut footprint = Footprint::over(task.influence, task.azimuth);
     footprint.standoff = task.standoff;
-    let ends = path::ends::check(&task.path, task.edge, footprint.radius, limits.greatest, limits.acceleration)?;
+    let ends = ends::check(&task.path, task.edge, footprint.radius, limits.greatest, limits.acceleration)?;
     let segments = Segments::new(&task.path, task.standoff);
     check_start(&segments, &limits)?;
+    check_corners(&task.path, &segments, &limits, task.speed_steps)?;
     let field = Field::new(task.error, task.clear)?;
     curved::check(task.surface, &field, &footprint, warnings)?;
     // On a slope pixels and lines lie farther apart on the glass than across the axis.
@@ -82,7 +101,6 @@ pub fn solve(task: Task, warnings: &mut Vec<Problem>) -> Result<Outcome, Problem
     if relief.is_some() {
         operator = operator.on_slopes(cosines(task.surface, &coarse.window));
     }
-    drop(samples);
     let asked: Vec<f64> = coarse.values.iter().map(|height| fraction * height).collect();
     // What a standing tool removes is fixed: the rest is asked of the segments.
     let landing_time = task.standing.iter().map(|s| s.seconds).fold(0.0, f64::max);
@@ -91,90 +109,189 @@ pub fn solve(task: Task, warnings: &mut Vec<Problem>) -> Result<Outcome, Problem
     let seconds: Vec<f64> = task.standing.iter().map(|s| s.seconds).collect();
     let fixed = deposit(&Samples::points(&x, &y), &seconds, &footprint, &coarse.window);
     let depths: Vec<f64> = asked.iter().zip(&fixed).map(|(asked, fixed)| asked - fixed).collect();
-    // A segment's fastest: full feed, as far as the arm gets there from rest and back.
-    let mut fastest = vec![limits.greatest; segments.length.len()];
+    // A segment's fastest: full feed, as far as corners allow it and the arm gets there from rest and back.
+    let mut fastest: Vec<f64> = (0..segments.length.len()).map(|i| segments.greatest(i, &limits)).collect();
     speed::limit(&mut fastest, &segments, &limits);
     let lower = speed::times(&fastest, &segments, &limits);
     let slowest = vec![limits.least; segments.length.len()];
     let mut upper = speed::times(&slowest, &segments, &limits);
-    solver::raise(&mut upper, &lower);
-    let (start, inside) = start(&mut operator, &coarse, &segments, &depths, base)?;
-
-    let stop = Stop { elsewhere: (1.0 - fraction) * coarse.rms(), ..STOP };
-    let mut solver = Solver {
-        operator: &mut operator,
-        segments: &segments,
-        limits: &limits,
-        weights: &coarse.weights,
-        lower: &lower,
-        upper: &upper,
+    for (upper, lower) in upper.iter_mut().zip(&lower) {
+        *upper = upper.max(*lower);
+    }
+    let everywhere = task.path.region.is_none();
+    let start = start(&mut operator, &coarse, &segments, &depths, base, everywhere)?;
+    let run = Prepared {
+        limits,
+        footprint,
+        segments,
+        coarse,
+        relief,
+        asked,
+        depths,
         base,
-        stop,
-        iterations: 0,
-        rounds: 0,
+        fastest,
+        lower,
+        upper,
+        start,
+        floor,
+        ends,
+        landing_time,
     };
-    let mut solved = solver.solve(&depths, &start, stop.most_iterations);
-    let mut timed = TimedPath::new(task.path, task.standing, &limits, task.speed_steps);
-    timed.set_speeds(&segments, &solved.speeds);
-    if let Some(relief) = &relief {
-        // The solver reckons on a plane. What the surface makes of its times is predicted, and what is then missing asked for
-        // beside: the plane's operator only has to point the right way.
-        let mut target = depths.clone();
-        let mut best: Option<Solved> = None;
+    Ok((run, operator))
+}
+
+impl Prepared<'_> {
+    pub(super) fn solver<'b>(&'b self, operator: &'b mut Removal, dwell: &Corrective) -> Solver<'b> {
+        Solver {
+            operator,
+            segments: &self.segments,
+            limits: &self.limits,
+            weights: &self.coarse.weights,
+            lower: &self.lower,
+            upper: &self.upper,
+            stiffness: &self.start.stiffness,
+            base: self.base,
+            aim: match &dwell.objective {
+                job::Objective::rms(_) => Aim::Rms,
+                job::Objective::pv(_) => Aim::Pv,
+                job::Objective::time(time) => Aim::Time { rms: time.rms.0 },
+            },
+            elsewhere: (1.0 - dwell.removal_fraction) * self.coarse.rms(),
+            iterations: 0,
+            rounds: 0,
+            price: 0.0,
+        }
+    }
+}
+
+/// A run of least time is solved again for so much less than would just do.
+const SPARE: f64 = 0.005;
+
+/// Times that a run of least time is solved again, since the prediction leaves more than the solver said.
+const MOST_TIGHTENINGS: usize = 3;
+
+/// Solves the dwell of a run. Oddities that leave it usable are said to `warnings`.
+///
+/// # Errors
+///
+/// E0644 (a line ends over the part), E0700 (feed, acceleration or fraction unusable), E0701 (the arm cannot reach the
+/// least feed in one segment), E0710 (nor keep it in the sharpest corner), E0702 (the floor is deeper than what is wanted), E0509
+/// (the map does not cover the clear aperture), E0704 (the path does not reach part of it), E0705 (nothing to remove), E0706
+/// (pixels too coarse), E0708 (the layer is deeper than allowed), E0711 (the residual cannot be made so small).
+pub fn solve(task: Task, warnings: &mut Vec<Problem>) -> Result<Outcome, Problem> {
+    let dwell = task.dwell;
+    let (run, mut operator) = prepare(&task, warnings)?;
+    let mut solver = run.solver(&mut operator, dwell);
+    let mut timed = TimedPath::new(task.path, task.standing, &run.limits, task.speed_steps);
+    let mut target = run.depths.clone();
+    let mut solved = solver.solve(&target, &run.start.times, MOST_ITERATIONS);
+    if let Some(relief) = &run.relief {
+        solved = run.corrected(relief, &mut solver, &mut timed, &mut target, solved);
+    }
+    let mut tightenings = 0;
+    loop {
+        let solver_rms = solved.figures.rms;
+        let mut speeds = solved.speeds;
+        speed::round(&mut speeds, &run.segments, &run.limits, task.speed_steps);
+        timed.set_speeds(&run.segments, &speeds);
+        let mut outcome = predict(timed, &run.footprint, task.surface, task.error, task.clear, dwell)?;
+        if let (Aim::Time { rms }, job::Objective::time(asked)) = (&mut solver.aim, &dwell.objective)
+            && outcome.figures.missed > asked.rms.0
+            && solver_rms <= 1.1 * *rms
+            && tightenings < MOST_TIGHTENINGS
+        {
+            // The prediction leaves more than was asked of the solver: ask it for less.
+            *rms *= (1.0 - SPARE) * asked.rms.0 / outcome.figures.missed;
+            tightenings += 1;
+            solved = solver.solve(&target, &solved.times, LATER_ITERATIONS);
+            timed = outcome.timed;
+            continue;
+        }
+        outcome.figures = Figures {
+            iterations: solver.iterations,
+            rounds: solver.rounds,
+            solver_rms,
+            stopped_early: solved.ended == Ended::Iterations,
+            ..run.figures(&speeds, task.speed_steps, outcome.figures)
+        };
+        outcome.ripple =
+            super::ripple(&outcome, &run.footprint, task.surface, task.clear, dwell.acceleration.0, task.line_pitch);
+        check_solved(&outcome.figures, dwell, warnings)?;
+        return Ok(outcome);
+    }
+}
+
+impl Prepared<'_> {
+    /// The figures of the prediction with what only the plan knows of it.
+    fn figures(&self, speeds: &[f64], steps: SpeedSteps, predicted: Figures) -> Figures {
+        let limits = &self.limits;
+        let part = |at: &dyn Fn(usize) -> bool| {
+            self.start.inside.iter().filter(|i| at(**i)).count() as f64 / self.start.inside.len().max(1) as f64
+        };
+        let least = |i: usize| speeds[i] < limits.least + steps.step(speeds[i]);
+        let speed_of =
+            |pick: fn(f64, f64) -> f64, from: f64| self.start.inside.iter().fold(from, |s, &i| pick(s, speeds[i]));
+        Figures {
+            floor: self.floor,
+            least_speed: speed_of(f64::min, limits.greatest),
+            greatest_speed: speed_of(f64::max, 0.0),
+            at_bounds: part(&|i| least(i) || speeds[i] > self.fastest[i] - steps.step(speeds[i])),
+            at_least: part(&least),
+            overrun: self.ends.least_overrun,
+            landings: self.ends.landings,
+            landing_time: self.landing_time,
+            landing_depth: if self.ends.landings > 0 { self.landing_time * self.footprint.peak() } else { 0.0 },
+            ..predicted
+        }
+    }
+
+    /// The solver reckons on a plane. What the surface makes of its times is predicted, and what is then missing asked for
+    /// beside, in `target`: the plane's operator only has to point the right way.
+    fn corrected(
+        &self,
+        relief: &Relief,
+        solver: &mut Solver,
+        timed: &mut TimedPath,
+        target: &mut [f64],
+        mut solved: Solved,
+    ) -> Solved {
+        let weights = &self.coarse.weights;
+        let mut best: Option<(f64, Solved)> = None;
         for correction in 0..=MOST_CORRECTIONS {
-            timed.set_speeds(&segments, &solved.speeds);
-            let removed = relief.removal(&timed, &footprint, &limits);
-            let missing = missing(&asked, &removed, &coarse.weights);
-            let rms = mean(&missing, &coarse.weights, |d| d * d).sqrt();
-            let earlier = best.as_ref().map_or(f64::INFINITY, |best| best.rms);
-            let times = speed::times(&solved.speeds, &segments, &limits);
-            let plain = libm::hypot(solved.rms, stop.elsewhere);
-            if rms < earlier {
-                best = Some(Solved { rms, speeds: solved.speeds.clone() });
-            }
+            timed.set_speeds(&self.segments, &solved.speeds);
+            let removed = relief.removal(timed, &self.footprint, &self.limits);
+            let missing = missing(&self.asked, &removed, weights);
+            let rms = mean(&missing, weights, |d| d * d).sqrt();
+            let earlier = best.as_ref().map_or(f64::INFINITY, |(rms, _)| *rms);
+            let plain = libm::hypot(solved.figures.rms, solver.elsewhere);
             // As good as the solver is on its plane, or no better than before.
-            let good = libm::hypot(rms, stop.elsewhere) <= (1.0 + LIMIT_COST) * plain || rms <= STOP.rms;
-            if good || correction == MOST_CORRECTIONS || rms > (1.0 - LIMIT_COST) * earlier {
+            let good = libm::hypot(rms, solver.elsewhere) <= (1.0 + CORRECTED) * plain || rms <= NOTHING;
+            let start = solved.times.clone();
+            if rms < earlier {
+                best = Some((rms, solved.clone()));
+            }
+            if good || correction == MOST_CORRECTIONS || rms > (1.0 - CORRECTED) * earlier {
                 break;
             }
             for (target, missing) in target.iter_mut().zip(&missing) {
                 *target += missing;
             }
-            solved = solver.solve(&target, &times, LATER_ITERATIONS);
+            solved = solver.solve(target, &start, LATER_ITERATIONS);
         }
-        if let Some(best) = best {
-            solved = best;
+        match best {
+            Some((rms, found)) => Solved { figures: Residual { rms, ..found.figures }, ..found },
+            None => solved,
         }
     }
-    let (iterations, rounds) = (solver.iterations, solver.rounds);
-    let Solved { rms: solver_rms, mut speeds } = solved;
-    speed::round(&mut speeds, &segments, &limits, task.speed_steps);
-    let step = |i: usize| task.speed_steps.step(speeds[i]);
-    let part =
-        |at: &dyn Fn(usize) -> bool| inside.iter().filter(|i| at(**i)).count() as f64 / inside.len().max(1) as f64;
-    let at_least = part(&|i| speeds[i] < limits.least + step(i));
-    let at_bounds = part(&|i| speeds[i] < limits.least + step(i) || speeds[i] > fastest[i] - step(i));
-    timed.set_speeds(&segments, &speeds);
-    let mut outcome = predict(timed, &footprint, task.surface, task.error, task.clear, dwell)?;
-    let speed_of = |pick: fn(f64, f64) -> f64, from: f64| inside.iter().fold(from, |s, &i| pick(s, speeds[i]));
-    outcome.figures = Figures {
-        floor,
-        least_speed: speed_of(f64::min, limits.greatest),
-        greatest_speed: speed_of(f64::max, 0.0),
-        at_bounds,
-        at_least,
-        overrun: ends.least_overrun,
-        landings: ends.landings,
-        landing_time,
-        landing_depth: if ends.landings > 0 { landing_time * footprint.peak() } else { 0.0 },
-        iterations,
-        rounds,
-        solver_rms,
-        ..outcome.figures
-    };
-    check_solved(&outcome.figures, dwell, warnings)?;
-    Ok(outcome)
 }
+
+/// Corrections of the wanted depths on a curved part. Each shrinks what the solver's plane gets wrong to a part of it (a
+/// tenth to a third on slopes up to 30 degrees), so that three bring it below the limits' own cost.
+const MOST_CORRECTIONS: usize = 5;
+
+/// Part of the residual that a correction must gain, or that is not worth one: a twentieth of the residual is less than what the
+/// influence function is known to.
+const CORRECTED: f64 = 0.05;
 
 /// Weighted mean of `value` over the entries.
 fn mean(entries: &[f64], weights: &[f64], value: impl Fn(f64) -> f64) -> f64 {

@@ -1,92 +1,263 @@
-//! The solver within what the arm can do: times for wanted depths, and speeds that the arm can follow.
+//! The solver: times for wanted depths by the job's objective, and speeds that the arm can follow.
 //!
-//! In: the removal operator, the wanted depths, the limits. Out: speeds of the segments, and what the operator says of them.
+//! In: the removal operator, the wanted depths, the limits, the objective. Out: speeds of the segments, and what the operator
+//! says of them.
+//!
+//! First the times alone, between the bounds that feed and ramps give each segment: a convex problem. Then, where the arm cannot
+//! follow them, the speeds: from the fastest that it can, which never waits less than the times ask for, down the same objective.
 
-use super::least_squares::{self, Base, Stop, Wanted};
-use super::removal::Removal;
+use super::bounds::Bounds;
+use super::descent::{self, Domain, Ended, LinearOperator, Stop};
+use super::followable::Followable;
+use super::largest;
+use super::objective::{Base, Figures, Objective, Wanted, sum};
 use super::speed::{self, Limits, Segments};
 
-/// Rounds of limiting and solving again. After six the bounds hardly move (measured in the model's study of limits).
-const MOST_ROUNDS: usize = 6;
+/// When the solver stops. Heights below a thousandth of a nanometre are not printed; ten steps that together gain less than
+/// 1 % of the RMS (2 % of the squares) are not worth their time.
+pub const STOP: Stop =
+    Stop { most_iterations: MOST_ITERATIONS, relative_decrease: 0.02, elsewhere: 0.0, value: 0.0, relative_step: 1e-9 };
 
-/// Part of the residual that the arm's limits may cost, or another round must gain: a twentieth of the residual is less
-/// than what the influence function is known to.
-pub(super) const LIMIT_COST: f64 = 0.05;
+/// Steps of a solve: with the published cases the last hundred gain 1 %.
+pub const MOST_ITERATIONS: usize = 200;
+
+/// Residual that is as good as none, metres.
+pub const NOTHING: f64 = 1e-12;
+
+/// What the limits of the arm may cost before the speeds are solved for: less than the influence function is known to.
+const LIMIT_COST: f64 = 0.01;
+
+/// Part of the mean slowness by which a run gets slower everywhere, at first, to leave less: a twentieth of its time.
+const DEEPER: f64 = 0.05;
 
 /// Steps of a solve that starts from a solved neighbour.
-pub(super) const LATER_ITERATIONS: usize = 40;
+pub const LATER_ITERATIONS: usize = 40;
 
-/// When the solver stops. Heights below a hundredth of a nanometre are beneath every interferometer's repeatability;
-/// ten steps that together gain less than 1 % of the RMS are not worth their time.
-pub(super) const STOP: Stop =
-    Stop { most_iterations: 200, relative_decrease: 0.01, elsewhere: 0.0, rms: 1e-11, relative_step: 1e-9 };
+/// What the job wants, of the solver's residual. Metres.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Aim {
+    Rms,
+    Pv,
+    /// The least time with a residual of at most this RMS.
+    Time {
+        rms: f64,
+    },
+}
 
 /// Speeds of one solve, and what its operator says of them.
-pub(super) struct Solved {
-    pub rms: f64,
+#[derive(Clone, Debug)]
+pub struct Solved {
+    pub figures: Figures,
     pub speeds: Vec<f64>,
+    pub times: Vec<f64>,
+    pub ended: Ended,
 }
 
 /// What all solves of a run share.
-pub(super) struct Solver<'a> {
-    pub operator: &'a mut Removal,
+pub struct Solver<'a> {
+    pub operator: &'a mut dyn LinearOperator,
     pub segments: &'a Segments,
     pub limits: &'a Limits,
     pub weights: &'a [f64],
     /// Times of the segments at their fastest and slowest.
     pub lower: &'a [f64],
     pub upper: &'a [f64],
+    /// See [`Domain::stiffness`].
+    pub stiffness: &'a [f64],
     pub base: Base,
-    pub stop: Stop,
+    pub aim: Aim,
+    /// RMS of what will be left whatever the solver does.
+    pub elsewhere: f64,
     pub iterations: usize,
+    /// Solves: one, and one more where the arm's limits asked for slower speeds.
     pub rounds: usize,
+    /// Price of a second that the last search for the least time ended with.
+    pub price: f64,
 }
 
 impl Solver<'_> {
-    /// Times for the wanted depths, and speeds that the arm can follow: solved again, with the times that it needs as
-    /// least ones, as long as that gains something.
-    pub(super) fn solve(&mut self, depths: &[f64], start: &[f64], most_iterations: usize) -> Solved {
-        let (mut lower, mut upper) = (self.lower.to_vec(), self.upper.to_vec());
-        let mut start = start.to_vec();
-        let all = |rms: f64| libm::hypot(rms, self.stop.elsewhere);
-        let mut best: Option<Solved> = None;
-        for round in 0..=MOST_ROUNDS {
-            let most_iterations = if round == 0 { most_iterations } else { LATER_ITERATIONS };
-            let stop = Stop { most_iterations, ..self.stop };
-            let wanted = Wanted { depths, weights: self.weights, lower: &lower, upper: &upper, base: self.base };
-            let solved = least_squares::solve(self.operator, &wanted, &start, stop);
-            self.iterations += solved.iterations;
-            self.rounds += 1;
-            let speeds = speed::for_times(&solved.times, self.segments, self.limits);
-            let times = speed::times(&speeds, self.segments, self.limits);
-            let (rms, _) = least_squares::evaluate(self.operator, &wanted, &times);
-            let earlier = best.as_ref().map_or(f64::INFINITY, |best| best.rms);
-            if rms < earlier {
-                best = Some(Solved { rms, speeds });
+    /// Times and speeds for the wanted depths.
+    ///
+    /// Where the even layer is free, the residual hardly tells how deep it should be, and the descent leaves it about where it
+    /// starts. A residual that may not be more than so much may need a deeper one, which leaves room to be faster and slower.
+    pub fn solve(&mut self, depths: &[f64], start: &[f64], most_iterations: usize) -> Solved {
+        let stop = Stop { most_iterations, ..STOP };
+        let (Aim::Time { rms }, Base::AtMost(_)) = (self.aim, self.base) else {
+            return self.solve_from(depths, start, stop);
+        };
+        // Where ten steps gain less than a tenth of the RMS, a deeper layer will gain more.
+        let hurry = Stop { relative_decrease: 0.2, ..stop };
+        let mut found = self.solve_from(depths, start, hurry);
+        let length: f64 = self.segments.length.iter().sum();
+        let mut slowness = DEEPER * found.times.iter().sum::<f64>() / length;
+        // What the arm makes of times may be a little more than the times themselves leave: that is for the caller to see.
+        while found.figures.rms > (1.0 + 5.0 * LIMIT_COST) * rms {
+            let deeper: Vec<f64> =
+                found.times.iter().zip(&self.segments.length).map(|(time, length)| time + slowness * length).collect();
+            let next = self.solve_from(depths, &deeper, hurry);
+            if !(next.figures.rms < (1.0 - LIMIT_COST) * found.figures.rms) {
+                // Nor does that: what is left to try is patience.
+                return self.solve_from(depths, &found.times, stop);
             }
-            // Good enough: what the arm's limits cost is small beside the residual, or another round gained nothing.
-            let cheap = all(rms) <= (1.0 + LIMIT_COST) * all(solved.rms) || rms <= STOP.rms;
-            if cheap || rms > (1.0 - LIMIT_COST) * earlier {
-                break;
-            }
-            for i in 0..times.len() {
-                if times[i] > solved.times[i] * (1.0 + 1e-6) {
-                    lower[i] = lower[i].max(times[i]);
-                }
-            }
-            raise(&mut upper, &lower);
-            start = times;
+            found = next;
+            slowness *= 2.0;
         }
-        // Without a finite residual there is nothing to follow: the slowest speeds remove most and hide nothing.
-        best.unwrap_or_else(|| Solved {
-            rms: f64::INFINITY,
-            speeds: vec![self.limits.least; self.segments.length.len()],
-        })
+        found
+    }
+
+    fn solve_from(&mut self, depths: &[f64], start: &[f64], stop: Stop) -> Solved {
+        let mut domain = Bounds::new(self.lower, self.upper, start).with_stiffness(self.stiffness);
+        let ended = self.descend_by_aim(depths, &mut domain, stop);
+        let free_times = domain.into_times();
+        let free = self.figures(depths, &free_times);
+        let speeds = speed::for_times(&free_times, self.segments, self.limits);
+        let times = speed::times(&speeds, self.segments, self.limits);
+        let limited = self.figures(depths, &times);
+        self.rounds += 1;
+        let cost = |a: f64| libm::hypot(a, self.elsewhere);
+        let enough = match self.aim {
+            Aim::Rms => cost(limited.rms) <= (1.0 + LIMIT_COST) * cost(free.rms) || limited.rms <= NOTHING,
+            Aim::Pv => limited.largest <= (1.0 + LIMIT_COST) * free.largest,
+            // What is out of reach of any times is so of those that the arm can follow; a little too much is asked less of.
+            Aim::Time { rms } => limited.rms <= (1.0 + 5.0 * LIMIT_COST) * rms || free.rms > rms,
+        };
+        let limited = Solved { figures: limited, speeds, times, ended };
+        if enough {
+            return limited;
+        }
+        let (segments, limits) = (self.segments, self.limits);
+        let mut domain = Followable::new(segments, limits, &limited.speeds).with_stiffness(self.stiffness);
+        let ended = self.descend_by_aim(depths, &mut domain, stop);
+        let (speeds, times) = (domain.speeds(), domain.times().to_vec());
+        self.rounds += 1;
+        let figures = self.figures(depths, &times);
+        let better = match self.aim {
+            Aim::Rms | Aim::Time { .. } => figures.rms <= limited.figures.rms,
+            Aim::Pv => figures.largest <= limited.figures.largest,
+        };
+        // Never worse than limiting afterwards.
+        if better { Solved { figures, speeds, times, ended } } else { limited }
+    }
+
+    /// Times of least squares at a price of a second: as asked, and as the arm can follow.
+    pub(super) fn priced(&mut self, depths: &[f64], start: &[f64], price: f64, steps: usize) -> (Vec<f64>, Vec<f64>) {
+        let mut domain = Bounds::new(self.lower, self.upper, start).with_stiffness(self.stiffness);
+        self.descend(depths, &mut domain, price, Stop { most_iterations: steps, ..STOP });
+        let asked = domain.into_times();
+        let speeds = speed::for_times(&asked, self.segments, self.limits);
+        let times = speed::times(&speeds, self.segments, self.limits);
+        (asked, times)
+    }
+
+    /// Half of the weighted square sum of an RMS.
+    pub fn squares(&self, rms: f64) -> f64 {
+        0.5 * sum(self.weights.len(), |i| self.weights[i]) * rms * rms
+    }
+
+    pub(super) fn figures(&mut self, depths: &[f64], times: &[f64]) -> Figures {
+        let wanted =
+            Wanted { depths, weights: self.weights, base: self.base, objective: Objective::Squares, price: 0.0 };
+        wanted.figures(self.operator, times)
+    }
+
+    /// Least squares, with a price of a second.
+    fn descend(&mut self, depths: &[f64], domain: &mut dyn Domain, price: f64, stop: Stop) -> Ended {
+        let stop = Stop { elsewhere: self.squares(self.elsewhere), ..stop };
+        let wanted = Wanted { depths, weights: self.weights, base: self.base, objective: Objective::Squares, price };
+        let found = descent::descend(self.operator, &wanted, domain, stop);
+        self.iterations += found.iterations;
+        found.ended
+    }
+
+    fn descend_by_aim(&mut self, depths: &[f64], domain: &mut dyn Domain, stop: Stop) -> Ended {
+        let nothing = Stop { value: self.squares(NOTHING), ..stop };
+        match self.aim {
+            Aim::Rms => self.descend(depths, domain, 0.0, nothing),
+            Aim::Pv => {
+                self.descend(depths, domain, 0.0, nothing);
+                let (weights, base) = (self.weights, self.base);
+                let wanted = Wanted { depths, weights, base, objective: Objective::Squares, price: 0.0 };
+                let found = largest::minimise(self.operator, &wanted, domain, &largest::SHARPENING, stop);
+                self.iterations += found.iterations;
+                found.ended
+            }
+            Aim::Time { rms } => {
+                // Less than what may be left is not needed.
+                let enough = Stop { value: self.squares((1.0 - TIGHT) * rms), ..stop };
+                let ended = self.descend(depths, domain, 0.0, enough);
+                self.least_time(depths, domain, rms, ended)
+            }
+        }
+    }
+
+    /// Looks for the price of a second at which the residual is what may be left, by halving between one that leaves less and one that
+    /// leaves more. Steps are few beside what a price would take to settle, so the way back counts: of the way to a place that
+    /// leaves too much, so much is gone as leaves what may be left. So the time only falls.
+    fn least_time(&mut self, depths: &[f64], domain: &mut dyn Domain, rms: f64, ended: Ended) -> Ended {
+        if self.figures(depths, domain.times()).rms > rms {
+            return ended;
+        }
+        let mut best = (spent(domain), domain.place().to_vec());
+        let (mut less, mut more) = (None::<f64>, None::<f64>);
+        let mut price = if self.price > 0.0 { self.price } else { self.squares(rms) / best.0 };
+        let stop = Stop { most_iterations: LATER_ITERATIONS, ..STOP };
+        let mut slow = 0;
+        for _ in 0..MOST_PRICES {
+            self.descend(depths, domain, price, stop);
+            if self.figures(depths, domain.times()).rms <= rms {
+                less = Some(price);
+            } else {
+                more = Some(price);
+                let beyond = domain.place().to_vec();
+                let (mut good, mut bad) = (0.0, 1.0);
+                for _ in 0..HALVINGS {
+                    let part = 0.5 * (good + bad);
+                    domain.towards(&best.1, 1.0);
+                    domain.towards(&beyond, part);
+                    if self.figures(depths, domain.times()).rms <= rms {
+                        good = part;
+                    } else {
+                        bad = part;
+                    }
+                }
+                domain.towards(&best.1, 1.0);
+                domain.towards(&beyond, good);
+            }
+            let time = spent(domain);
+            slow = if time < (1.0 - SAVED) * best.0 { 0 } else { slow + 1 };
+            if time < best.0 {
+                best = (time, domain.place().to_vec());
+            } else {
+                domain.towards(&best.1, 1.0);
+            }
+            price = match (less, more) {
+                (_, None) => 8.0 * price,
+                (None, Some(_)) => price / 8.0,
+                (Some(less), Some(more)) => {
+                    if more < 1.2 * less || slow > 1 {
+                        break;
+                    }
+                    (less * more).sqrt()
+                }
+            };
+        }
+        self.price = less.unwrap_or(price);
+        Ended::Reached
     }
 }
 
-pub(super) fn raise(upper: &mut [f64], lower: &[f64]) {
-    for (upper, lower) in upper.iter_mut().zip(lower) {
-        *upper = upper.max(*lower);
-    }
+fn spent(domain: &dyn Domain) -> f64 {
+    sum(domain.times().len(), |i| domain.times()[i])
 }
+
+/// Prices that are tried for the least time.
+const MOST_PRICES: usize = 14;
+
+/// Halvings of the way back to what may be left: to a sixty-fourth of it.
+const HALVINGS: usize = 6;
+
+/// A price that saves less than this part of the time saves nothing; two of them are enough.
+const SAVED: f64 = 0.001;
+
+/// By how much less than may be left a descent stops that only looks for a way to leave so little.
+const TIGHT: f64 = 0.01;

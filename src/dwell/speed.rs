@@ -10,13 +10,16 @@
 //!
 //! ```text
 //! |v_i² - v_(i-1)²| <= 2 a ds_i        and in the last segment |v_n² - v_(n-1)²| <= a ds_n,  v_n² <= a ds_n
+//! v_i² kappa_i <= a_lateral             kappa_i the sharper curvature of the way at the two ends of the segment
 //! ```
 //!
-//! Then every change ends inside its segment. A segment entered at u and programmed at v takes
+//! The curvature at a point of the way is the angle by which it turns there over the mean length of the two segments.
+//! Every change of speed ends inside its segment. A segment entered at u and programmed at v takes
 //! `ds/v + (v - u)|v - u| / (2 a v)`, the last one of a line `v/(2a)` more.
 
 use super::SpeedSteps;
 use super::removal::segments;
+use crate::job::Corrective;
 use crate::path::ToolPath;
 
 /// What limits the speeds.
@@ -25,8 +28,28 @@ pub struct Limits {
     /// Programmed speeds, m/s.
     pub least: f64,
     pub greatest: f64,
-    /// m/s².
+    /// Along the way, m/s².
     pub acceleration: f64,
+    /// Across the way, m/s².
+    pub lateral: f64,
+}
+
+impl Limits {
+    /// Of an arm alone, in m/s²: no feed is too slow or too fast.
+    pub fn of_arm(acceleration: f64) -> Limits {
+        Limits { least: 0.0, greatest: f64::INFINITY, acceleration, lateral: f64::INFINITY }
+    }
+
+    /// Of the job. What is not said of the way across holds as along it: an arm does not know the direction of the path.
+    pub fn of(dwell: &Corrective) -> Limits {
+        let acceleration = dwell.acceleration.0;
+        Limits {
+            least: dwell.feed.from.0,
+            greatest: dwell.feed.to.0,
+            acceleration,
+            lateral: dwell.lateral_acceleration.map_or(acceleration, |lateral| lateral.0),
+        }
+    }
 }
 
 /// The segments of a path, line by line.
@@ -39,31 +62,53 @@ pub struct Segments {
     pub start: Vec<usize>,
     /// The point that ends each segment.
     pub point: Vec<usize>,
+    /// The sharper curvature of the way at the two ends of each segment, 1/m.
+    pub curvature: Vec<f64>,
 }
 
 impl Segments {
     /// Of a tool whose centre point stands `standoff` metres off the contact, along the normal.
     pub fn new(path: &ToolPath, standoff: f64) -> Segments {
         let point: Vec<usize> = segments(path).collect();
-        let length = point
-            .iter()
-            .map(|&p| {
-                let tool = |i: usize| {
-                    let (place, normal) = (path.points.position(i), path.points.normal(i));
-                    [0, 1, 2].map(|k| place[k] + standoff * normal[k])
-                };
-                let (a, b) = (tool(p - 1), tool(p));
-                libm::hypot(libm::hypot(b[0] - a[0], b[1] - a[1]), b[2] - a[2])
-            })
-            .collect();
+        let tool = |i: usize| {
+            let (place, normal) = (path.points.position(i), path.points.normal(i));
+            [0, 1, 2].map(|k| place[k] + standoff * normal[k])
+        };
+        let way = |p: usize| {
+            let (a, b) = (tool(p - 1), tool(p));
+            [0, 1, 2].map(|k| b[k] - a[k])
+        };
+        let size = |d: [f64; 3]| libm::hypot(libm::hypot(d[0], d[1]), d[2]);
+        let length: Vec<f64> = point.iter().map(|&p| size(way(p))).collect();
         let mut start = vec![0];
         for line in &path.lines {
             start.push(start[start.len() - 1] + line.points.len().saturating_sub(1));
         }
-        Segments { length, start, point }
+        let mut curvature = vec![0.0f64; length.len()];
+        for line in start.windows(2) {
+            for i in line[0] + 1..line[1] {
+                let (before, after) = (way(point[i - 1]), way(point[i]));
+                let apart = size([0, 1, 2].map(|k| after[k] / length[i] - before[k] / length[i - 1]));
+                let turn = 2.0 * libm::asin((0.5 * apart).min(1.0));
+                let here = turn / (0.5 * (length[i - 1] + length[i]));
+                curvature[i - 1] = here.max(curvature[i - 1]);
+                curvature[i] = here;
+            }
+        }
+        Segments { length, start, point, curvature }
     }
 
-    fn lines(&self) -> impl Iterator<Item = std::ops::Range<usize>> + '_ {
+    /// The greatest speed of segment `i` alone: the feed, and what its corners allow.
+    pub fn greatest(&self, i: usize, limits: &Limits) -> f64 {
+        limits.greatest.min((limits.lateral / self.curvature[i]).sqrt())
+    }
+
+    /// By how much the square of the speed may change in segment `i`: in the last of a line half of the way is for the stop.
+    pub fn change(&self, i: usize, last: bool, limits: &Limits) -> f64 {
+        if last { limits.acceleration * self.length[i] } else { 2.0 * limits.acceleration * self.length[i] }
+    }
+
+    pub(super) fn lines(&self) -> impl Iterator<Item = std::ops::Range<usize>> + '_ {
         self.start.windows(2).map(|pair| pair[0]..pair[1]).filter(|line| !line.is_empty())
     }
 }
@@ -78,8 +123,8 @@ pub fn limit(speeds: &mut [f64], segments: &Segments, limits: &Limits) {
 fn slow_down(speeds: &mut [f64], segments: &Segments, limits: &Limits, root: impl Fn(f64) -> f64) {
     for line in segments.lines() {
         let last = line.end - 1;
-        let half = limits.acceleration * segments.length[last];
-        let change = |i: usize| if i == last { half } else { 2.0 * limits.acceleration * segments.length[i] };
+        let change = |i: usize| segments.change(i, i == last, limits);
+        let half = change(last);
         let mut before = 0.0;
         for i in line.clone() {
             let most = before * before + change(i);
@@ -125,8 +170,8 @@ pub fn times(speeds: &[f64], segments: &Segments, limits: &Limits) -> Vec<f64> {
 pub fn for_times(times: &[f64], segments: &Segments, limits: &Limits) -> Vec<f64> {
     let mut speeds: Vec<f64> = times
         .iter()
-        .zip(&segments.length)
-        .map(|(time, length)| (length / time).max(limits.least).min(limits.greatest))
+        .enumerate()
+        .map(|(i, time)| (segments.length[i] / time).max(limits.least).min(segments.greatest(i, limits)))
         .collect();
     limit(&mut speeds, segments, limits);
     let plain = speeds.clone();
@@ -142,7 +187,7 @@ pub fn for_times(times: &[f64], segments: &Segments, limits: &Limits) -> Vec<f64
             // A ramp that alone takes longer than wanted cannot be made up for.
             if times[i] > extra {
                 let wanted = segments.length[i] / (times[i] - extra);
-                speeds[i] = wanted.max(limits.least).min(limits.greatest);
+                speeds[i] = wanted.max(limits.least).min(segments.greatest(i, limits));
             }
         }
     }
@@ -154,9 +199,8 @@ pub fn for_times(times: &[f64], segments: &Segments, limits: &Limits) -> Vec<f64
 pub fn round(speeds: &mut [f64], segments: &Segments, limits: &Limits, steps: SpeedSteps) {
     let least = steps.up(limits.least);
     let down = |speed: f64| steps.down(speed).max(least);
-    let greatest = down(limits.greatest);
-    for speed in speeds.iter_mut() {
-        *speed = steps.nearest(*speed).max(least).min(greatest);
+    for (i, speed) in speeds.iter_mut().enumerate() {
+        *speed = steps.nearest(*speed).max(least).min(down(segments.greatest(i, limits)));
     }
     slow_down(speeds, segments, limits, |square| down(square.sqrt()));
 }
@@ -204,10 +248,15 @@ mod tests {
 
     /// One line of segments of these lengths in metres.
     fn line(lengths: &[f64]) -> Segments {
-        Segments { length: lengths.to_vec(), start: vec![0, lengths.len()], point: (1..=lengths.len()).collect() }
+        Segments {
+            length: lengths.to_vec(),
+            start: vec![0, lengths.len()],
+            point: (1..=lengths.len()).collect(),
+            curvature: vec![0.0; lengths.len()],
+        }
     }
 
-    const LIMITS: Limits = Limits { least: 1e-4, greatest: 0.1, acceleration: 0.5 };
+    const LIMITS: Limits = Limits { least: 1e-4, greatest: 0.1, acceleration: 0.5, lateral: 0.5 };
 
     #[test]
     fn full_feed_follows_the_ramp_of_constant_acceleration() {
@@ -249,6 +298,32 @@ mod tests {
         assert!((found[0] - 0.06).abs() < 1e-15 && (found[0] + found[1] - 0.1625).abs() < 1e-15);
     }
 
+    #[test]
+    fn corners_limit_both_segments_beside_them() {
+        // A square corner between two moves of 2 mm, then a straight one: a turn of pi/2 over 2 mm. 0.5 m/s² allow
+        // sqrt(0.5 * 2 mm / (pi/2)) = 25.2 mm/s.
+        let mut path = ToolPath::default();
+        for [x, y] in [[0.0, 0.0], [2e-3, 0.0], [2e-3, 2e-3], [2e-3, 4e-3]] {
+            path.points.push([x, y, 0.0], [0.0, 0.0, 1.0]);
+        }
+        path.lines.push(crate::path::Line { points: 0..4, link: crate::path::Link::Lifted });
+        let segments = Segments::new(&path, 0.0);
+        let corner = (0.5 * 2e-3 / std::f64::consts::FRAC_PI_2).sqrt();
+        for (i, expected) in [corner, corner, 0.1].into_iter().enumerate() {
+            assert!((segments.greatest(i, &LIMITS) - expected).abs() < 1e-15, "{i}");
+        }
+        // Steps of half a degree on a circle of 50 mm: 1/r to the square of the half step.
+        let mut path = ToolPath::default();
+        for i in 0..20 {
+            let (sin, cos) = libm::sincos(f64::from(i) * std::f64::consts::PI / 360.0);
+            path.points.push([50e-3 * cos, 50e-3 * sin, 0.0], [0.0, 0.0, 1.0]);
+        }
+        path.lines.push(crate::path::Line { points: 0..20, link: crate::path::Link::Lifted });
+        for curvature in Segments::new(&path, 0.0).curvature {
+            assert!((curvature * 50e-3 - 1.0).abs() < 1e-5, "{curvature}");
+        }
+    }
+
     proptest! {
         #[test]
         fn what_is_limited_can_be_followed(
@@ -259,7 +334,7 @@ mod tests {
         ) {
             let segments = line(&lengths);
             let n = lengths.len();
-            let limits = Limits { least: 1e-3, greatest: 0.1, acceleration };
+            let limits = Limits { least: 1e-3, greatest: 0.1, acceleration, lateral: acceleration };
             let mut speeds = wanted[..n].to_vec();
             round(&mut speeds, &segments, &limits, SpeedSteps::Fixed(step));
             let mut before = 0.0f64;

@@ -39,8 +39,32 @@ struct Shown {
     /// What it is compared with.
     other: Option<Term>,
     dimension: Dimension,
+    unit: Option<Written>,
+}
+
+/// How the job writes values of that dimension.
+#[derive(Clone, Debug, PartialEq)]
+struct Written {
     /// The unit's name and its size in SI.
-    unit: Option<(String, f64)>,
+    unit: String,
+    size: f64,
+    /// The number before the unit where the other side divides it, as in `1 wave / 100`.
+    divided: Option<f64>,
+}
+
+impl Written {
+    /// `value` so that one sees on which side of `limit` it lies.
+    fn show(&self, value: f64, limit: Option<f64>) -> String {
+        let unit = &self.unit;
+        match self.divided {
+            Some(number) if value > 0.0 => {
+                let whole = number * self.size;
+                let divisor = enough_digits(whole / value, limit.map(|limit| whole / limit));
+                format!("{} {unit} / {divisor}", format::significant(number, 4))
+            }
+            _ => format!("{} {unit}", enough_digits(value / self.size, limit.map(|limit| limit / self.size))),
+        }
+    }
 }
 
 /// A number in SI.
@@ -86,9 +110,9 @@ impl Requirement {
         let value = self.shown.as_ref().and_then(|shown| {
             let value = shown.term.value(results)?;
             Some(match &shown.unit {
-                Some((unit, size)) => {
+                Some(written) => {
                     let limit = shown.other.as_ref().and_then(|other| other.value(results));
-                    format!("{} {unit}", enough_digits(value / size, limit.map(|limit| limit / size)))
+                    written.show(value, limit)
                 }
                 None => show(value, shown.dimension),
             })
@@ -365,6 +389,7 @@ impl Evaluator<'_> {
                 let dimension = side.ty.dimension()?;
                 let wavelength = scope.wavelength;
                 let unit = first_unit(other, dimension, wavelength).or_else(|| first_unit(side, dimension, wavelength));
+                let unit = unit.map(|(unit, size)| Written { unit, size, divided: divided(other) });
                 let limit = self.term(other, scope);
                 Some(Shown { term: self.term(side, scope)?, other: limit, dimension, unit })
             }
@@ -387,6 +412,19 @@ fn needs_result(typed: &Typed, locals: &[Local]) -> bool {
         TypedKind::Record(_, given) => given.iter().any(|field| needs(&field.value)),
         TypedKind::With(base, given) => needs(base) || given.iter().any(|field| needs(&field.value)),
         _ => false,
+    }
+}
+
+/// The number with a unit that the expression divides: 1 in `1 wave / 100`.
+fn divided(typed: &Typed) -> Option<f64> {
+    match &typed.kind {
+        TypedKind::Binary(BinaryOp::Divide, number, by) if by.ty.dimension() == Some(Dimension::NUMBER) => {
+            match number.kind {
+                TypedKind::Number(number, Some(_)) if number > 0.0 => Some(number),
+                _ => None,
+            }
+        }
+        _ => None,
     }
 }
 

@@ -21,7 +21,7 @@ pub use transfer::Transfer;
 use crate::diagnostics::{Problem, codes};
 use crate::dwell::field::Field;
 use crate::dwell::removal::{Removal, Samples, Window, deposit};
-use crate::dwell::{Footprint, Standing, Task};
+use crate::dwell::{Footprint, Standing, Task, floor_depth};
 use crate::job::Piston;
 use crate::path::ToolPath;
 
@@ -46,20 +46,21 @@ pub fn prospect(task: &Task, warnings: &mut Vec<Problem>) -> Option<Prospect> {
     if !numbers.iter().all(|number| *number > 0.0 && number.is_finite()) {
         return None;
     }
-    let mut footprint = Footprint::of(task.influence, task.azimuth);
+    let mut footprint = Footprint::over(task.influence, task.azimuth);
     footprint.standoff = task.standoff;
     let field = Field::new(task.error, task.clear).ok()?;
     // The pixels of the solver: the spot smooths away everything finer.
     let coarse = field.binned(footprint.sigma / 4.0);
-    let correctable = Correctable::of(&field, &coarse, &footprint);
+    let correctable = Correctable::of(&field, &footprint);
     let mut operator = Removal::new(&Samples::segments(&task.path, footprint.sigma / 2.0), &footprint, coarse.window);
     let reach = Reach::of(task, &coarse, &footprint, &mut operator);
     let best_rms = correctable.left(dwell.removal_fraction);
+    let highest = field.greatest();
     let inside =
         || field.values.iter().zip(&field.weights).filter(|(_, weight)| **weight > 0.0).map(|(value, _)| *value);
     let before_pv = inside().fold(f64::NEG_INFINITY, f64::max) - inside().fold(f64::INFINITY, f64::min);
     let prospect = Prospect { before_rms: field.rms(), before_pv, correctable, reach, best_rms };
-    warn(task, &footprint, &prospect, warnings);
+    warn(task, &footprint, &prospect, highest, warnings);
     Some(prospect)
 }
 
@@ -75,7 +76,7 @@ fn standing(path: &ToolPath, standing: &[Standing], footprint: &Footprint, windo
 /// one sigma: 84 %. The study of the rim found the residual twenty times as large without that sigma and no better with two.
 const RIM_STRENGTH: f64 = 0.84;
 
-fn warn(task: &Task, footprint: &Footprint, prospect: &Prospect, warnings: &mut Vec<Problem>) {
+fn warn(task: &Task, footprint: &Footprint, prospect: &Prospect, highest: f64, warnings: &mut Vec<Problem>) {
     let Prospect { correctable, reach, .. } = prospect;
     // More of the error's power is finer than the tool than the tool can follow.
     if correctable.finer_rms > correctable.rms {
@@ -91,7 +92,9 @@ fn warn(task: &Task, footprint: &Footprint, prospect: &Prospect, warnings: &mut 
                 .help("use a narrower spot, or look whether the map's noise is what you see"),
         );
     }
-    if reach.pixels > 0 {
+    // A path over a region leaves the rest as it is, and says itself how well it covers the region.
+    let everywhere = task.path.region.is_none();
+    if everywhere && reach.pixels > 0 {
         let [x, y] = reach.place;
         let message = format!(
             "the path does not reach {:.2} mm² of the clear aperture, around x {:.2} mm, y {:.2} mm: up to {:.3} nm stay there",
@@ -104,7 +107,7 @@ fn warn(task: &Task, footprint: &Footprint, prospect: &Prospect, warnings: &mut 
             Problem::warning(codes::W0731, "path", message)
                 .help("let the path reach them, or make `clear` what must be good"),
         );
-    } else if reach.least_strength < RIM_STRENGTH {
+    } else if everywhere && reach.least_strength < RIM_STRENGTH {
         let [x, y] = reach.weakest;
         let message = format!(
             "at x {:.2} mm, y {:.2} mm of the clear aperture the path works with {:.0} % of its usual strength",
@@ -121,13 +124,18 @@ fn warn(task: &Task, footprint: &Footprint, prospect: &Prospect, warnings: &mut 
                 )),
         );
     }
-    if reach.excess_rms > correctable.left(task.dwell.removal_fraction) {
+    let (field, layer, deepest) = match &task.dwell.piston {
+        Piston::free(free) => {
+            let most = free.at_most.map_or(f64::INFINITY, |most| most.0);
+            ("dwell.piston.at_most", "the deepest layer allowed", most)
+        }
+        Piston::fixed(fixed) => ("dwell.piston.depth", "the fixed layer", fixed.depth.0),
+        Piston::held(_) => ("dwell.piston", "no layer", task.dwell.removal_fraction * highest),
+    };
+    // A floor below the whole layer is refused by the solver, with better words.
+    let floor = task.passes as f64 * floor_depth(footprint.volume_rate, task.dwell.feed.to.0, task.line_pitch);
+    if floor <= deepest && reach.excess_rms > prospect.best_rms {
         let [x, y] = reach.excess_place;
-        let (field, layer) = match &task.dwell.piston {
-            Piston::free(_) => ("dwell.piston.at_most", "the deepest layer allowed"),
-            Piston::fixed(_) => ("dwell.piston.depth", "the fixed layer"),
-            Piston::held(_) => ("dwell.piston", "no layer"),
-        };
         let message = format!(
             "even at its greatest feed the path removes {:.3} nm more than error and {layer} ask for at x {:.2} mm, y {:.2} mm",
             reach.excess * 1e9,

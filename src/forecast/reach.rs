@@ -7,8 +7,8 @@
 //! `ep = φ e + c` and the shortest times T, `max(0, -(ep - H T))`. A free layer without `at_most` can always be deeper, so the
 //! second bound is then zero.
 
+use crate::dwell::descent::LinearOperator;
 use crate::dwell::field::Field;
-use crate::dwell::least_squares::LinearOperator;
 use crate::dwell::removal::Removal;
 use crate::dwell::speed::{self, Limits, Segments};
 use crate::dwell::{Footprint, Task};
@@ -43,7 +43,7 @@ impl Reach {
     pub fn of(task: &Task, coarse: &Field, footprint: &Footprint, operator: &mut Removal) -> Reach {
         let dwell = task.dwell;
         let segments = Segments::new(&task.path, footprint.standoff);
-        let limits = Limits { least: dwell.feed.from.0, greatest: dwell.feed.to.0, acceleration: dwell.acceleration.0 };
+        let limits = Limits::of(dwell);
         let mut fastest = vec![limits.greatest; segments.length.len()];
         speed::limit(&mut fastest, &segments, &limits);
         let shortest = speed::times(&fastest, &segments, &limits);

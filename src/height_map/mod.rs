@@ -30,7 +30,7 @@ pub mod zygo_text;
 
 pub use grid::Grid;
 pub(crate) use orientation::valid_middle;
-pub use orientation::{Picture, lay};
+pub use orientation::{Picture, lay, position_in_frame};
 pub use profile::Profile;
 pub use raw_map::{Format, RawMap};
 

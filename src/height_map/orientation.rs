@@ -66,19 +66,34 @@ fn vector(direction: Direction) -> [f64; 2] {
     }
 }
 
+/// The picture's axes in the frame: the unit vectors that point to the right in it and upwards.
+fn axes(up: Direction, mirrored: bool) -> [[f64; 2]; 2] {
+    let up = vector(up);
+    let turn = if mirrored { -1.0 } else { 1.0 };
+    [[turn * up[1], -turn * up[0]], up]
+}
+
+/// Where [`lay`] puts the place `[column, row]` (pixels, as `centre`) of a picture with pixels of that size: metres.
+pub fn position_in_frame(
+    pixel: [f64; 2],
+    up: Direction,
+    mirrored: bool,
+    centre: [f64; 2],
+    [column, row]: [f64; 2],
+) -> [f64; 2] {
+    let [right, up] = axes(up, mirrored);
+    let along = (column - centre[0]) * pixel[0];
+    let above = (centre[1] - row) * pixel[1];
+    [along * right[0] + above * up[0], along * right[1] + above * up[1]]
+}
+
 /// Puts the picture into the frame. `up` is the axis that points up in it, `mirrored` whether the frame's +z points
 /// away from the eye, `centre` the place `[column, row]` (pixels) where the frame's origin lies. Every pixel keeps its
 /// value; pixels that are not square keep their shape.
 pub fn lay(picture: &Picture, up: Direction, mirrored: bool, centre: [f64; 2]) -> Grid {
-    let up = vector(up);
-    let turn = if mirrored { -1.0 } else { 1.0 };
-    let right = [turn * up[1], -turn * up[0]];
+    let axis = up;
+    let [right, up] = axes(axis, mirrored);
     let (columns, rows) = (picture.columns, picture.rows);
-    let position = |row: usize, column: usize| {
-        let along = (column as f64 - centre[0]) * picture.pixel[0];
-        let above = (centre[1] - row as f64) * picture.pixel[1];
-        [along * right[0] + above * up[0], along * right[1] + above * up[1]]
-    };
     // Which pixel of the picture lies at the frame's smallest x and y, and how the index grows along x and along y.
     let first_column = if right[0] + right[1] > 0.0 { 0 } else { columns - 1 };
     let first_row = if up[0] + up[1] > 0.0 { rows - 1 } else { 0 };
@@ -91,10 +106,11 @@ pub fn lay(picture: &Picture, up: Direction, mirrored: bool, centre: [f64; 2]) -
         (rows, columns, [picture.pixel[1], picture.pixel[0]], row_step, column_step)
     };
     let start = (first_row * columns + first_column) as isize;
+    let origin = position_in_frame(picture.pixel, axis, mirrored, centre, [first_column as f64, first_row as f64]);
     let mut values = Vec::with_capacity(picture.values.len());
     for r in 0..grid_rows as isize {
         let line = start + r * step_y;
         values.extend((0..grid_columns as isize).map(|c| picture.values[(line + c * step_x) as usize]));
     }
-    Grid { columns: grid_columns, rows: grid_rows, pixel, origin: position(first_row, first_column), values }
+    Grid { columns: grid_columns, rows: grid_rows, pixel, origin, values }
 }

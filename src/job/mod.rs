@@ -5,16 +5,22 @@
 
 mod aperture;
 mod form;
+mod metrology;
 mod path;
+mod region;
 mod robot;
 mod target;
+mod tool;
 mod uncertainty;
 
 pub use aperture::*;
 pub use form::*;
+pub use metrology::*;
 pub use path::*;
+pub use region::*;
 pub use robot::*;
 pub use target::*;
+pub use tool::*;
 pub use uncertainty::*;
 
 use crate::source::Span;
@@ -48,11 +54,14 @@ impl Origins {
 #[serde(deny_unknown_fields)]
 pub struct Job {
     pub wavelength: Option<Length>,
+    pub cycle: Option<i64>,
+    pub after: Option<String>,
     pub workpiece: Workpiece,
     pub tool: Tool,
     pub path: Path,
     pub dwell: Dwell,
     pub uncertainty: Option<Uncertainty>,
+    pub figures: Option<Figures>,
     pub robot: Option<Robot>,
     pub target: Option<Target>,
     pub unchecked: Option<Vec<Unchecked>>,
@@ -93,39 +102,16 @@ pub struct Workpiece {
     pub edge: Aperture,
     pub clear: Aperture,
     pub material: Material,
+    pub fiducials: Option<Vec<Fiducial>>,
     pub error: FormError,
+    /// The departure from `form` that is wanted, instead of none.
+    pub target: Option<FormError>,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Material {
     pub name: String,
-}
-
-#[allow(non_camel_case_types, reason = "family members are spelt as in the job")]
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub enum FormError {
-    height_map(HeightMap),
-}
-
-/// A measured map of heights, as the job describes it.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct HeightMap {
-    /// Whole path, resolved by `eval`.
-    pub file: String,
-    pub quantity: Quantity,
-    pub positive: Positive,
-    pub view: View,
-    pub up: Direction,
-    pub subtract: Vec<Term>,
-    /// Side of one pixel, where the file does not say it; in a file that says it, both must agree.
-    pub pixel: Option<Length>,
-    /// The height that the value 1 means, where the file does not say it (`unit: 1 nm`).
-    pub unit: Option<Length>,
-    pub centre: MapCentre,
-    /// Holes (connected invalid pixels inside what is needed) up to this area are filled; larger ones refuse the map.
-    pub fill_below: Option<Area>,
 }
 
 #[allow(non_camel_case_types, reason = "symbols are spelt as in the job")]
@@ -159,115 +145,6 @@ pub enum Direction {
     minus_y,
 }
 
-#[allow(non_camel_case_types, reason = "symbols are spelt as in the job")]
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-pub enum Term {
-    piston,
-    tilt,
-    power,
-}
-
-/// Where the part's (or the tool's) origin lies in the picture.
-#[allow(non_camel_case_types, reason = "family members are spelt as in the job")]
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub enum MapCentre {
-    /// The middle of the picture.
-    frame_centre(Empty),
-    /// The middle of the box around the valid pixels.
-    valid_centre(Empty),
-    /// A pixel: column from the left, row from the top of the picture as the file shows it, both from 0, centres of
-    /// pixels at whole numbers.
-    pixel_at(PixelAt),
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Empty {}
-
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct PixelAt {
-    pub column: f64,
-    pub row: f64,
-}
-
-#[allow(non_camel_case_types, reason = "family members are spelt as in the job")]
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub enum Tool {
-    mrf_wheel(MrfWheel),
-}
-
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct MrfWheel {
-    pub diameter: Length,
-    pub speed: AngularSpeed,
-    pub rotation: WheelRotation,
-    /// Between the wheel's lowest point (the TCP) and the nominal surface, along the normal.
-    pub gap: Length,
-    /// Direction of the tool's x axis on the part, from +x towards +y of the part, seen from the tool side.
-    pub azimuth: Angle,
-    pub influence: Influence,
-}
-
-/// Sense of rotation: `forward` drags the fluid along the tool's +x at the contact, `reverse` along -x.
-#[allow(non_camel_case_types, reason = "symbols are spelt as in the job")]
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum WheelRotation {
-    forward,
-    reverse,
-}
-
-#[allow(non_camel_case_types, reason = "family members are spelt as in the job")]
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub enum Influence {
-    gaussian(Gaussian),
-    measured(Measured),
-}
-
-/// peak * exp(-r²/2σ²) for r <= diameter/2, zero outside.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Gaussian {
-    /// Removal rate at the centre: a height a time.
-    pub peak: Speed,
-    pub sigma: Length,
-    pub diameter: Length,
-}
-
-/// A measured map of the depth that one spot of known dwell removed, in the tool frame seen from the tool side.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Measured {
-    pub file: String,
-    /// Time that the spot was polished.
-    pub dwell: Time,
-    pub quantity: Quantity,
-    /// `high`: glass stands high where the value is positive, so a spot reads negative; `low`: removal reads positive.
-    pub positive: Positive,
-    pub view: View,
-    /// Axis of the *tool frame* that points up in the picture.
-    pub up: Direction,
-    pub pixel: Option<Length>,
-    pub unit: Option<Length>,
-    /// Where the tool centre point stood in the picture.
-    pub origin: Origin,
-    /// Pixels farther than this from the origin are outside the spot: they give the baseline that is taken off.
-    pub radius: Length,
-}
-
-/// Where the tool centre point stood in a spot's picture. There is no default: a wrong origin shifts all removal.
-#[allow(non_camel_case_types, reason = "family members are spelt as in the job")]
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub enum Origin {
-    frame_centre(Empty),
-    /// The deepest pixel.
-    peak(Empty),
-    /// The centre of the removed volume.
-    centroid(Empty),
-    pixel_at(PixelAt),
-}
-
 #[allow(non_camel_case_types, reason = "family members are spelt as in the job")]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Dwell {
@@ -277,11 +154,33 @@ pub enum Dwell {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Corrective {
+    pub objective: Objective,
     /// Part of the measured error that this run is to take off, 0 to 1.
     pub removal_fraction: f64,
     pub piston: Piston,
     pub feed: Range<Speed>,
     pub acceleration: Acceleration,
+    /// Across the way; without it `acceleration` holds there too.
+    pub lateral_acceleration: Option<Acceleration>,
+}
+
+/// What the dwell times are to be best at.
+#[allow(non_camel_case_types, reason = "family members are spelt as in the job")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Objective {
+    /// The least residual, root mean square.
+    rms(Empty),
+    /// The least residual, peak to valley.
+    pv(Empty),
+    /// The shortest run whose residual is small enough.
+    time(LeastTime),
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LeastTime {
+    /// Most that may be left of what this run is to take off, root mean square.
+    pub rms: Length,
 }
 
 /// Whether the solver may take off an even layer (the base) beside the error.

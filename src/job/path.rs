@@ -1,6 +1,6 @@
 //! Paths: the strategies and what they share.
 
-use super::Aperture;
+use super::{Aperture, RegionAdaptive};
 use crate::units::si::*;
 use serde::{Deserialize, Serialize};
 
@@ -12,6 +12,7 @@ pub enum Path {
     rings(Rings),
     hilbert(Hilbert),
     pseudo_random(PseudoRandom),
+    region_adaptive(RegionAdaptive),
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

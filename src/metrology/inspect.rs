@@ -3,7 +3,8 @@
 //! In: the bytes of a file, and pixel and unit where the file does not say them. Out: [`Inspection`], which serialises to
 //! the JSON that the command line promises. The picture is taken as it is: no orientation, sign or quantity of a job.
 
-use super::{Figures, low_order, pvr};
+use super::pvr::{Pvr, robust_fit};
+use super::{Figures, low_order};
 use crate::diagnostics::Problem;
 use crate::height_map::{Content, Grid, Profile, RawMap, content};
 use crate::job::{Term, ZernikeOrder};
@@ -38,6 +39,9 @@ pub struct MapFacts {
     pub rms_detilted_nm: Option<f64>,
     /// Robust peak to valley with the 36 Fringe polynomials, of the detilted map; `null` where the pixels do not fix them.
     pub pvr_fringe36_nm: Option<f64>,
+    /// The first sixteen coefficients of that fit, over the circle around the valid pixels, +x to the right of the picture and
+    /// +y upwards.
+    pub zernike_fringe_nm: Option<Vec<f64>>,
     pub blake3: String,
 }
 
@@ -72,11 +76,14 @@ pub fn inspect(bytes: &[u8], name: &str, unit: Option<f64>, pixel: Option<f64>) 
 fn map_facts(raw: &RawMap, unit: Option<f64>, pixel: Option<f64>, blake3: String) -> Result<MapFacts, Problem> {
     let pixel = raw.pixel_pitch(pixel)?;
     let mut grid = Grid { columns: raw.columns, rows: raw.rows, pixel, origin: [0.0; 2], values: raw.heights(unit)? };
+    // Row 0 is the top of the picture, and +y points upwards in it.
+    let lines: Vec<f64> = grid.values.chunks_exact(grid.columns).rev().flatten().copied().collect();
+    grid.values = lines;
     let figures = Figures::of(grid.values.iter().copied());
     let everywhere = vec![true; grid.values.len()];
     let detilted = low_order::subtract(&mut grid, &everywhere, &[Term::piston, Term::tilt])
         .map(|_| Figures::of(grid.values.iter().copied()));
-    let robust = detilted.and_then(|_| pvr(&grid, &everywhere, ZernikeOrder::fringe));
+    let robust = detilted.and_then(|_| robust_fit(&grid, &everywhere, ZernikeOrder::fringe));
     Ok(MapFacts {
         kind: "height_map",
         format: raw.format.name(),
@@ -90,7 +97,8 @@ fn map_facts(raw: &RawMap, unit: Option<f64>, pixel: Option<f64>, blake3: String
         rms_nm: nanometres(figures.rms),
         pv_detilted_nm: detilted.map(|figures| nanometres(figures.pv)),
         rms_detilted_nm: detilted.map(|figures| nanometres(figures.rms)),
-        pvr_fringe36_nm: robust.map(|figures| nanometres(figures.pvr)),
+        pvr_fringe36_nm: robust.as_ref().map(|fit| nanometres(Pvr::of(fit).pvr)),
+        zernike_fringe_nm: robust.map(|fit| fit.coefficients.iter().take(16).map(|a| nanometres(*a)).collect()),
         blake3,
     })
 }
@@ -140,7 +148,8 @@ fn without_line(positions: &[f64], heights: &[f64]) -> Option<Vec<f64>> {
 
 /// Metres in nanometres, to the picometre.
 fn nanometres(metres: f64) -> f64 {
-    rounded(metres * 1e9, 1e3)
+    // Adding zero turns -0.0 into 0.0.
+    rounded(metres * 1e9, 1e3) + 0.0
 }
 
 /// Six digits, wherever the point stands: pixels are measured from tenths of a micrometre to centimetres.

@@ -1,14 +1,18 @@
-//! Low order: piston, tilt and power of a map, by least squares.
+//! Low order: piston, tilt, power and the aberrations after them, by least squares.
 //!
 //! In: a grid, which of its pixels count, which terms to take off. Out: the grid without them, and what they were.
 //!
-//! The terms are made orthogonal over the pixels that count, in the order piston, tilt, power: piston is the mean, tilt
-//! the rest of the least-squares plane, power what x² + y² has beyond a plane. So each is found as if all lower ones
-//! were fitted with it, taking several off is the joint least-squares fit, and a term that is not taken off is kept
-//! exactly: without `piston` the mean stays, without `tilt` the plane.
+//! The terms are the first eleven Zernike polynomials in Noll's order, made orthogonal over the pixels that count, in
+//! this order: piston is the mean, tilt the rest of the least-squares plane, power what x² + y² has beyond a plane,
+//! astigmatism what its two polynomials have beyond all these, and so on over coma and trefoil to spherical. So each is
+//! found as if all lower ones were fitted with it, taking several off is the joint least-squares fit, and a term
+//! that is not taken off is kept exactly: without `piston` the mean stays, without `tilt` the plane. Centre and radius
+//! of the polynomials do not matter for what is taken off.
 
+use super::fit::Fit;
 use crate::height_map::Grid;
-use crate::job::Term;
+use crate::job::{Term, ZernikeOrder};
+use crate::workpiece::form::zernike::Basis;
 
 /// What was taken off. Zero for a term that was kept.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -19,6 +23,8 @@ pub struct LowOrder {
     pub tilt: [f64; 2],
     /// Factor of x² + y², one over metres.
     pub power: f64,
+    /// Root mean square of what else was taken off, over the pixels that count: astigmatism, coma, trefoil, spherical; metres.
+    pub aberrations: f64,
 }
 
 /// A least-squares plane `mean + slope · (place - centre)`.
@@ -124,8 +130,9 @@ pub fn plane_through(grid: &Grid, counts: &[bool]) -> Option<Plane> {
     })
 }
 
-/// Takes the `terms` off the whole grid; they are found over the known pixels marked in `counts`. `None` (and an
-/// unchanged grid) if these do not fix the terms: fewer than three or on a line, or, for power, all on one circle.
+/// Takes the `terms` off the whole grid; they are found over the known pixels marked in `counts`. `None` (and a grid of
+/// which nothing more is to be made) if these do not fix the terms: fewer than three or on a line, or, for power, all on
+/// one circle.
 pub fn subtract(grid: &mut Grid, counts: &[bool], terms: &[Term]) -> Option<LowOrder> {
     if terms.is_empty() {
         return Some(LowOrder::default());
@@ -167,5 +174,42 @@ pub fn subtract(grid: &mut Grid, counts: &[bool], terms: &[Term]) -> Option<LowO
         }
     }
     let squared = m.scale * m.scale;
-    Some(LowOrder { piston, tilt: [su / m.scale, sv / m.scale], power: bowl_factor / squared })
+    let low = LowOrder { piston, tilt: [su / m.scale, sv / m.scale], power: bowl_factor / squared, aberrations: 0.0 };
+    let aberrations =
+        if terms.iter().any(|term| *term > Term::power) { aberrations(grid, counts, &m, terms)? } else { 0.0 };
+    Some(LowOrder { aberrations, ..low })
+}
+
+/// The term that each of Noll's first eleven polynomials belongs to.
+const NOLL: [Term; 11] = {
+    use Term::{astigmatism, coma, piston, power, spherical, tilt, trefoil};
+    [piston, tilt, tilt, power, astigmatism, astigmatism, coma, coma, trefoil, trefoil, spherical]
+};
+
+/// Takes those of the `terms` off that stand after power. The root mean square of what that was.
+fn aberrations(grid: &mut Grid, counts: &[bool], m: &Moments, terms: &[Term]) -> Option<f64> {
+    let basis = Basis::new(ZernikeOrder::noll, NOLL.len());
+    // Over the grid's half width around the centroid, so that the polynomials are near one.
+    let at = |[x, y]: [f64; 2], values: &mut [f64]| {
+        let (u, v) = m.place(x, y);
+        basis.at(2.0 * u, 2.0 * v, values);
+    };
+    let wanted = |k: usize| NOLL[k] > Term::power && terms.contains(&NOLL[k]);
+    let coefficients = Fit::over(grid, counts, NOLL.len(), at).coefficients(wanted)?;
+    let (mut squares, mut values) = (0.0, [0.0; NOLL.len()]);
+    for row in 0..grid.rows {
+        for column in 0..grid.columns {
+            let i = row * grid.columns + column;
+            if grid.values[i].is_nan() {
+                continue;
+            }
+            at(grid.position(row, column), &mut values);
+            let sum: f64 = coefficients.iter().zip(values).map(|(a, z)| a * z).sum();
+            grid.values[i] -= sum;
+            if counts[i] {
+                squares += sum * sum;
+            }
+        }
+    }
+    Some((squares / m.count).sqrt())
 }

@@ -1,40 +1,60 @@
-//! Place: a picture becomes the form error of a part.
+//! Place: a picture becomes a map in the frame of the part.
 //!
-//! In: a [`RawMap`], the job's `height_map`, the workpiece. Out: an [`ErrorMap`] in the part frame. Every word of the
-//! job has one effect here, in this order:
+//! In: a [`RawMap`], the job's `height_map`, the workpiece. Out: a [`Placed`] map. Every word of the job has one effect
+//! here, in this order:
 //!
 //! 1. `unit`, `pixel`: metres (see [`RawMap`]).
-//! 2. `quantity: wavefront`: halved, since light passes an error of the surface twice. `positive: low`: negated.
-//! 3. `up`, `view`, `centre`: laid into the part frame (see [`lay`]). `from_back` is the picture seen from behind the
+//! 2. `mask`, `trim`, `despike`: what is no glass becomes unknown (see [`clean`]).
+//! 3. `quantity: wavefront`: halved, since light passes an error of the surface twice. `positive: low`: negated.
+//! 4. `up`, `view`, `centre`: laid into the part frame (see [`lay`]). `from_back` is the picture seen from behind the
 //!    part, through the glass: what points up stays up, left and right change places.
-//! 4. Off the part (`edge`) there is no glass: unknown.
-//! 5. The picture must cover the clear aperture.
-//! 6. `subtract`: taken off by least squares over the measured pixels of the clear aperture.
-//! 7. `fill_below`: holes inside the clear aperture up to this area are filled, a larger one refuses the map.
+//! 5. `fiducials`, or else `rotated`: turned, scaled and shifted into the part frame (see [`resample`]). A quarter turn
+//!    moves pixels as they are.
+//! 6. Off the part (`edge`) there is no glass: unknown, as what `leave_out` names.
+//! 7. The picture must cover the clear aperture, unless it is a piece of a stitched map.
+//! 8. `subtract`: taken off by least squares over the measured pixels of the clear aperture.
+//! 9. `fill_below`: holes inside the clear aperture up to this area are filled. Larger ones stay: whether they are
+//!    refused is known when all maps are put together.
 
-use super::{Figures, LowOrder, holes, low_order};
+use super::cover::{self, inside, plural, square_millimetres};
+use super::registration::{Registered, quarter_turned, register};
+use super::resample::{Pixels, Similarity, resample};
+use super::{Figures, LowOrder, clean, holes, low_order};
 use crate::diagnostics::{Problem, codes};
-use crate::height_map::{Grid, Picture, RawMap, lay, valid_middle};
+use crate::height_map::{Grid, MOST_PIXELS, Picture, RawMap, lay, position_in_frame, read_file, valid_middle};
 use crate::job::{Aperture, HeightMap, Positive, Quantity, View, Workpiece};
+use crate::source::FileProvider;
+use std::f64::consts::FRAC_PI_2;
 
-/// The form error of a part, ready for dwell.
+/// A map in the frame of the part.
 #[derive(Clone, Debug, PartialEq)]
-pub struct ErrorMap {
-    /// Part frame, metres, positive where glass stands too high. No NaN at a pixel inside the clear aperture; NaN off the
-    /// part and where the instrument saw nothing.
+pub(super) struct Placed {
+    /// Part frame, metres, positive where glass stands too high; NaN off the part and where nothing is known.
     pub grid: Grid,
     /// Of the measured pixels inside the clear aperture, before `subtract`; metres.
     pub before: Figures,
-    /// The same pixels after `subtract`: what is left to correct.
+    /// The same pixels after `subtract`.
     pub after: Figures,
-    /// What `subtract` took off.
-    pub removed: LowOrder,
     /// Number of holes filled inside the clear aperture, their pixels, and their area in square metres.
     pub filled_holes: usize,
     pub filled_pixels: usize,
     pub filled_area: f64,
     /// Metres, where the file says it.
     pub wavelength: Option<f64>,
+}
+
+/// What was done to one file on its way into the frame of the part.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct MapRecord {
+    /// Whole path.
+    pub file: String,
+    /// Known pixels that each word took out.
+    pub masked: usize,
+    pub trimmed: usize,
+    pub spikes: usize,
+    pub registered: Option<Registered>,
+    /// What `subtract` took off.
+    pub removed: LowOrder,
 }
 
 /// How far, in pixels, the middle of the valid pixels may lie from the middle of the part before a warning: centring by
@@ -45,56 +65,61 @@ const CENTRING: f64 = 3.0;
 /// no measurement, and solving for it would take minutes.
 const MOST_FILLED: f64 = 250_000.0;
 
-/// Puts the map on the part. Fields are `workpiece.error.…`; warnings go to `warnings`.
-///
-/// # Errors
-/// E0506, E0507, E0508, E0511 from scale and unit; E0509 if the map does not cover the clear aperture; E0510 if a hole
-/// is too large to be filled; E0512 if `subtract` is not fixed by the measured pixels.
-pub fn place(
-    raw: &RawMap,
-    map: &HeightMap,
-    workpiece: &Workpiece,
-    warnings: &mut Vec<Problem>,
-) -> Result<ErrorMap, Problem> {
-    let mut said = Vec::new();
-    let result = place_within(raw, map, workpiece, &mut said);
-    warnings.extend(said.into_iter().map(|warning| warning.within("workpiece.error")));
-    result.map_err(|problem| problem.within("workpiece.error"))
+/// How much wider than the part the measured pixels may lie before a warning: a pixel that does not know of binning, or is
+/// stated in the wrong unit, makes them at least twice as wide; what was seen around a part seldom does.
+const WIDER: f64 = 1.9;
+
+/// Largest part of the pixels that may be spikes before a warning: dust and lost fringes are fewer; more is the noise, or
+/// the glass.
+const MANY_SPIKES: f64 = 0.01;
+
+/// Whether a map must say everything of the clear aperture, or is a piece of one that does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Extent {
+    Whole,
+    Piece,
 }
 
-fn place_within(
+/// The largest area of a hole that the map's words let be filled, square metres.
+pub(super) fn fill_limit(map: &HeightMap, pixel: [f64; 2]) -> f64 {
+    map.fill_below.map_or(0.0, |area| area.0).min(MOST_FILLED * pixel[0] * pixel[1])
+}
+
+/// Puts a map on the part. Fields are those of `height_map`; warnings go to `warnings`.
+pub(super) fn place_map(
     raw: &RawMap,
     map: &HeightMap,
     workpiece: &Workpiece,
+    extent: Extent,
+    files: &dyn FileProvider,
     warnings: &mut Vec<Problem>,
-) -> Result<ErrorMap, Problem> {
+) -> Result<(Placed, MapRecord), Problem> {
     let pixel = raw.pixel_pitch(map.pixel.map(|length| length.0))?;
-    let mut values = raw.heights(map.unit.map(|length| length.0))?;
+    let values = raw.heights(map.unit.map(|length| length.0))?;
     doubt_scale(raw, map.quantity, warnings);
+    let mut picture = Picture { columns: raw.columns, rows: raw.rows, pixel, values };
+    let mut record = clean_picture(&mut picture, map, files, warnings)?;
     let factor = surface_factor(map.quantity) * if map.positive == Positive::low { -1.0 } else { 1.0 };
-    values.iter_mut().for_each(|value| *value *= factor);
+    picture.values.iter_mut().for_each(|value| *value *= factor);
 
-    let picture = Picture { columns: raw.columns, rows: raw.rows, pixel, values };
-    let centre = picture.centre(&map.centre);
-    let mut grid = lay(&picture, map.up, map.view == View::from_back, centre);
-    doubt_centre(&grid, &workpiece.edge, warnings);
-
-    let needed = inside(&grid, &workpiece.clear);
-    let glass = inside(&grid, &workpiece.edge);
-    for (value, on_the_part) in grid.values.iter_mut().zip(glass) {
-        if !on_the_part {
-            *value = f64::NAN;
+    let mut grid = lay_on_part(&picture, map, workpiece, &mut record)?;
+    if extent == Extent::Whole {
+        doubt_size(&grid, &workpiece.edge, warnings);
+        if record.registered.is_none() {
+            doubt_centre(&grid, &workpiece.edge, warnings);
         }
     }
-    frame_covers(&grid, &workpiece.clear)?;
-    let found = holes::find(&grid, &needed);
-    let limit = map.fill_below.map_or(0.0, |area| area.0).min(MOST_FILLED * pixel[0] * pixel[1]);
-    refuse_large_holes(&grid, &found, limit, &workpiece.clear)?;
 
-    let measured = |grid: &Grid| -> Figures {
-        Figures::of(grid.values.iter().zip(&needed).filter(|(_, needed)| **needed).map(|(value, _)| *value))
-    };
-    let before = measured(&grid);
+    let needed = inside(&grid, &workpiece.clear);
+    blank(&mut grid, |x, y| {
+        let left_out = map.leave_out.iter().flatten().any(|area| area.contains(x, y));
+        left_out || !workpiece.edge.contains(x, y)
+    });
+    if extent == Extent::Whole {
+        cover::frame_covers(&grid, &workpiece.clear)?;
+    }
+
+    let before = measured(&grid, &needed);
     if before.count == 0 {
         return Err(Problem::error(
             codes::E0509,
@@ -103,22 +128,17 @@ fn place_within(
         )
         .help("check `pixel`, `centre` and the size of `clear`"));
     }
-    let removed = low_order::subtract(&mut grid, &needed, &map.subtract).ok_or_else(|| {
-        let message = format!(
-            "{} measured inside the clear aperture cannot say what `subtract` names",
-            plural(before.count, "pixel")
-        );
-        Problem::error(codes::E0512, "subtract", message).help("measure the part with more pixels, or check `pixel`")
-    })?;
-    let after = measured(&grid);
+    record.removed = low_order::subtract(&mut grid, &needed, &map.subtract).ok_or_else(|| not_fixed(before.count))?;
+    let after = measured(&grid, &needed);
 
+    // What touches no known pixel cannot be filled, and stays a hole.
+    let limit = fill_limit(map, grid.pixel);
+    let pixel_area = grid.pixel[0] * grid.pixel[1];
+    let small = |hole: &holes::Hole| hole.pixels.len() as f64 * pixel_area <= limit;
+    let mut found = holes::find(&grid, &needed);
+    found.retain(|hole| small(hole) && holes::fill(&mut grid, hole));
     let filled_pixels: usize = found.iter().map(|hole| hole.pixels.len()).sum();
-    let filled_area = filled_pixels as f64 * pixel[0] * pixel[1];
-    for hole in &found {
-        if !holes::fill(&mut grid, hole) {
-            return Err(too_large_hole(&grid, hole, limit));
-        }
-    }
+    let filled_area = filled_pixels as f64 * pixel_area;
     if !found.is_empty() {
         let message = format!(
             "{} of the map inside the clear aperture {} filled from {} rim: {filled_pixels} pixels, {} in all",
@@ -129,16 +149,131 @@ fn place_within(
         );
         warnings.push(Problem::warning(codes::W0500, "fill_below", message));
     }
-    Ok(ErrorMap {
-        grid,
-        before,
-        after,
-        removed,
-        filled_holes: found.len(),
-        filled_pixels,
-        filled_area,
-        wavelength: raw.wavelength,
-    })
+    let wavelength = raw.wavelength;
+    let placed = Placed { grid, before, after, filled_holes: found.len(), filled_pixels, filled_area, wavelength };
+    Ok((placed, record))
+}
+
+/// `mask`, `trim` and `despike`.
+fn clean_picture(
+    picture: &mut Picture,
+    map: &HeightMap,
+    files: &dyn FileProvider,
+    warnings: &mut Vec<Problem>,
+) -> Result<MapRecord, Problem> {
+    let mut record = MapRecord { file: map.file.clone(), ..MapRecord::default() };
+    if let Some(file) = &map.mask {
+        let mask = read_file(file, files).map_err(|problem| Problem { field: Some("mask".into()), ..problem })?;
+        record.masked = clean::mask(picture, &mask)?;
+    }
+    if let Some(width) = map.trim {
+        record.trimmed = clean::trim(picture, width.0, fill_limit(map, picture.pixel));
+    }
+    let known = |picture: &Picture| picture.values.iter().filter(|value| !value.is_nan()).count();
+    if let Some(rule) = &map.despike {
+        let before = known(picture);
+        record.spikes = clean::despike(picture, rule);
+        if record.spikes as f64 > MANY_SPIKES * before as f64 {
+            let message = format!("{} of {before} were taken for spikes", plural(record.spikes, "pixel"));
+            warnings.push(
+                Problem::warning(codes::W0511, "despike", message)
+                    .note("dust is rare; a rule that takes so many takes noise or glass")
+                    .help("raise `above`"),
+            );
+        }
+    }
+    if known(picture) == 0 {
+        let field = if record.masked > 0 { "mask" } else { "trim" };
+        return Err(Problem::error(codes::E0538, field, "nothing of the map is left once it is masked and trimmed")
+            .help("check that the mask is 1 where the glass is good, and that `trim` is a small part of the map"));
+    }
+    Ok(record)
+}
+
+/// The picture in the part frame: by its marks where it has some, else by `up`, `rotated`, `view` and `centre`.
+fn lay_on_part(
+    picture: &Picture,
+    map: &HeightMap,
+    workpiece: &Workpiece,
+    record: &mut MapRecord,
+) -> Result<Grid, Problem> {
+    let centre = picture.centre(&map.centre);
+    let mirrored = map.view == View::from_back;
+    let turned = map.rotated.map_or(0.0, |angle| angle.0);
+    if map.fiducials.is_none() {
+        // A part turned by a quarter from +x to +y shows upwards what lies a quarter back.
+        let quarters = (turned / FRAC_PI_2).round();
+        if (turned - quarters * FRAC_PI_2).abs() < 1e-9 {
+            return Ok(lay(picture, quarter_turned(map.up, -(quarters as i32)), mirrored, centre));
+        }
+    }
+    let laid = lay(picture, map.up, mirrored, centre);
+    let similarity = if map.fiducials.is_some() {
+        let fiducials = workpiece.fiducials.as_deref().unwrap_or_default();
+        let declared = |at: [f64; 2]| position_in_frame(picture.pixel, map.up, mirrored, centre, at);
+        let registered = register(map, fiducials, picture.pixel, declared)?;
+        let similarity = registered.similarity;
+        record.registered = Some(registered);
+        similarity
+    } else {
+        Similarity::turn(-turned)
+    };
+    let pixel = laid.pixel.map(|side| side * similarity.scale);
+    let wanted = pixels_of_part(&laid, &similarity, pixel, &workpiece.edge)?;
+    let back = similarity.inverse();
+    Ok(resample(&laid, &wanted, |place| back.apply(place)))
+}
+
+/// The pixels of the part frame that the picture says something of: one of them has its centre on the part's origin.
+fn pixels_of_part(laid: &Grid, similarity: &Similarity, pixel: [f64; 2], edge: &Aperture) -> Result<Pixels, Problem> {
+    let [[x0, y0], [x1, y1]] = Pixels::of(laid).bounds();
+    let corners = [[x0, y0], [x1, y0], [x0, y1], [x1, y1]].map(|corner| similarity.apply(corner));
+    let part = edge.bounds();
+    let limit =
+        |k: usize, start: f64, pick: fn(f64, f64) -> f64| corners.iter().fold(start, |best, c| pick(best, c[k]));
+    let low = [0, 1].map(|k| limit(k, f64::INFINITY, f64::min).max(part.min[k]));
+    let high = [0, 1].map(|k| limit(k, f64::NEG_INFINITY, f64::max).min(part.max[k]));
+    if !(0..2).all(|k| low[k] < high[k]) {
+        return Err(
+            Problem::error(codes::E0509, "file", "the map lies beside the part").help("check `centre` and `fiducials`")
+        );
+    }
+    let wanted = Pixels::covering(low, high, pixel, [0.0; 2]);
+    if wanted.count() > MOST_PIXELS {
+        return Err(too_many_pixels(&wanted));
+    }
+    Ok(wanted)
+}
+
+/// E0547 for more pixels than a map may have.
+pub(super) fn too_many_pixels(wanted: &Pixels) -> Problem {
+    let message = format!(
+        "the map in the frame of the part would have {} columns and {} rows; at most {MOST_PIXELS} pixels are worked with",
+        wanted.columns, wanted.rows
+    );
+    Problem::error(codes::E0547, "file", message).help("bin the map, or check `pixel`")
+}
+
+/// E0512 for `count` pixels that do not fix the terms.
+pub(super) fn not_fixed(count: usize) -> Problem {
+    let message =
+        format!("{} measured inside the clear aperture cannot say what `subtract` names", plural(count, "pixel"));
+    Problem::error(codes::E0512, "subtract", message).help("measure the part with more pixels, or check `pixel`")
+}
+
+/// Figures of the known pixels among those needed.
+pub(super) fn measured(grid: &Grid, needed: &[bool]) -> Figures {
+    Figures::of(grid.values.iter().zip(needed).filter(|(_, needed)| **needed).map(|(value, _)| *value))
+}
+
+/// Makes the pixels unknown whose centres are `out`.
+pub(super) fn blank(grid: &mut Grid, out: impl Fn(f64, f64) -> bool) {
+    for i in 0..grid.values.len() {
+        let [x, y] = grid.position(i / grid.columns, i % grid.columns);
+        if !grid.values[i].is_nan() && out(x, y) {
+            grid.values[i] = f64::NAN;
+        }
+    }
 }
 
 /// What a value is multiplied with to be a height of the surface: a wavefront that was reflected has passed the error
@@ -148,16 +283,6 @@ pub(crate) fn surface_factor(quantity: Quantity) -> f64 {
         Quantity::surface => 1.0,
         Quantity::wavefront => 0.5,
     }
-}
-
-/// Which pixels have their centre inside the aperture.
-fn inside(grid: &Grid, aperture: &Aperture) -> Vec<bool> {
-    (0..grid.values.len())
-        .map(|i| {
-            let [x, y] = grid.position(i / grid.columns, i % grid.columns);
-            aperture.contains(x, y)
-        })
-        .collect()
 }
 
 /// A factor of two is the commonest mistake with heights: warns where the file's scale factor speaks against the job's
@@ -208,118 +333,32 @@ fn doubt_centre(grid: &Grid, edge: &Aperture, warnings: &mut Vec<Problem>) {
     );
 }
 
-/// The pixels' area must hold the clear aperture. A pixel reaches half its side beyond its centre.
-fn frame_covers(grid: &Grid, clear: &Aperture) -> Result<(), Problem> {
-    let bounds = clear.bounds();
-    let counts = [grid.columns, grid.rows];
-    let [cx, cy] = clear.centre();
-    let mut worst = (0.0, String::new());
-    for axis in 0..2 {
-        let low = grid.origin[axis] - 0.5 * grid.pixel[axis];
-        let high = low + counts[axis] as f64 * grid.pixel[axis];
-        let name = ["x", "y"][axis];
-        for (sign, missing) in [("-", low - bounds.min[axis]), ("+", bounds.max[axis] - high)] {
-            // Sizes written in millimetres and pixels in metres meet with rounding far below a thousandth pixel.
-            if missing > 1e-3 * grid.pixel[axis] && missing > worst.0 {
-                worst = (missing, format!("on the {sign}{name} side"));
-            }
-        }
+/// Warns when what was measured is much wider than the part.
+fn doubt_size(grid: &Grid, edge: &Aperture, warnings: &mut Vec<Problem>) {
+    let (mut low, mut high) = ([usize::MAX; 2], [0_usize; 2]);
+    for (i, _) in grid.values.iter().enumerate().filter(|(_, value)| !value.is_nan()) {
+        let at = [i % grid.columns, i / grid.columns];
+        low = [0, 1].map(|k| low[k].min(at[k]));
+        high = [0, 1].map(|k| high[k].max(at[k]));
     }
-    if worst.0 == 0.0 {
-        return Ok(());
+    let part = edge.bounds();
+    let width = |k: usize| (high[k] + 1).saturating_sub(low[k]) as f64 * grid.pixel[k];
+    let size = |k: usize| part.max[k] - part.min[k];
+    // One that fills the frame was not masked to the part: nothing can be said.
+    let filled = low == [0, 0] && high == [grid.columns - 1, grid.rows - 1];
+    if filled || (0..2).all(|k| width(k) <= WIDER * size(k)) {
+        return;
     }
     let message = format!(
-        "the map ends {:.3} mm inside the clear aperture {}: it has {:.3} mm x {:.3} mm about x {:.3} mm, y {:.3} mm, \
-         the clear aperture {:.3} mm x {:.3} mm about x {:.3} mm, y {:.3} mm",
-        worst.0 * 1e3,
-        worst.1,
-        counts[0] as f64 * grid.pixel[0] * 1e3,
-        counts[1] as f64 * grid.pixel[1] * 1e3,
-        (grid.origin[0] + 0.5 * (counts[0] as f64 - 1.0) * grid.pixel[0]) * 1e3,
-        (grid.origin[1] + 0.5 * (counts[1] as f64 - 1.0) * grid.pixel[1]) * 1e3,
-        (bounds.max[0] - bounds.min[0]) * 1e3,
-        (bounds.max[1] - bounds.min[1]) * 1e3,
-        cx * 1e3,
-        cy * 1e3
+        "the measured pixels reach over {:.3} mm x {:.3} mm, the part has {:.3} mm x {:.3} mm",
+        width(0) * 1e3,
+        width(1) * 1e3,
+        size(0) * 1e3,
+        size(1) * 1e3
     );
-    Err(Problem::error(codes::E0509, "file", message).help(smaller_clear(worst.0)))
-}
-
-/// Refuses the largest hole that is larger than `limit` square metres.
-fn refuse_large_holes(grid: &Grid, found: &[holes::Hole], limit: f64, clear: &Aperture) -> Result<(), Problem> {
-    let pixel_area = grid.pixel[0] * grid.pixel[1];
-    let area = |hole: &holes::Hole| hole.pixels.len() as f64 * pixel_area;
-    let Some(hole) = found.iter().rev().max_by_key(|hole| hole.pixels.len()).filter(|hole| area(hole) > limit) else {
-        return Ok(());
-    };
-    let others = found.iter().filter(|hole| area(hole) > limit).count() - 1;
-    let problem = if hole.open { falls_short(grid, hole, clear) } else { too_large_hole(grid, hole, limit) };
-    Err(if others == 0 {
-        problem
-    } else {
-        problem.note(format!("{others} more {} refused too", if others == 1 { "hole is" } else { "holes are" }))
-    })
-}
-
-/// The map ends inside the clear aperture: says how deep, and where the deepest pixel is.
-fn falls_short(grid: &Grid, hole: &holes::Hole, clear: &Aperture) -> Problem {
-    let (mut deepest, mut place) = (0.0, [0.0; 2]);
-    for i in &hole.pixels {
-        let [x, y] = grid.position(i / grid.columns, i % grid.columns);
-        let depth = clear.distance(x, y) + 0.5 * grid.pixel[0].max(grid.pixel[1]);
-        if depth > deepest {
-            (deepest, place) = (depth, [x, y]);
-        }
-    }
-    let message = format!(
-        "the measured pixels end up to {:.3} mm inside the clear aperture, near x {:.3} mm, y {:.3} mm",
-        deepest * 1e3,
-        place[0] * 1e3,
-        place[1] * 1e3
+    warnings.push(
+        Problem::warning(codes::W0510, "pixel", message)
+            .note("what lies beyond the edge of the part is left out")
+            .help("check `pixel` and the size of `edge`"),
     );
-    Problem::error(codes::E0509, "file", message).help(smaller_clear(deepest))
-}
-
-/// What to do where the map falls short of the clear aperture by `missing` metres.
-fn smaller_clear(missing: f64) -> String {
-    // In whole tenths of a millimetre, upwards.
-    let inward = (missing * 1e4).ceil() / 10.0;
-    format!(
-        "measure the whole part, or let `clear` end {inward:.1} mm farther in on every side (that is, {:.1} mm less in \
-         diameter); check `centre`, and `pixel` where the file does not state it",
-        2.0 * inward
-    )
-}
-
-fn too_large_hole(grid: &Grid, hole: &holes::Hole, limit: f64) -> Problem {
-    let count = hole.pixels.len() as f64;
-    let (mut x, mut y) = (0.0, 0.0);
-    for i in &hole.pixels {
-        let place = grid.position(i / grid.columns, i % grid.columns);
-        x += place[0] / count;
-        y += place[1] / count;
-    }
-    let (filled, help) = if limit > 0.0 {
-        (format!("holes up to {} are filled", square_millimetres(limit)), "raise `fill_below`")
-    } else {
-        ("the job lets none be filled".to_string(), "allow holes of that size by `fill_below`")
-    };
-    // Adding zero turns -0.0 into 0.0.
-    let message = format!(
-        "the map has a hole of {} ({}) inside the clear aperture about x {:.3} mm, y {:.3} mm; {filled}",
-        square_millimetres(count * grid.pixel[0] * grid.pixel[1]),
-        plural(hole.pixels.len(), "pixel"),
-        (x * 1e6).round() / 1e3 + 0.0,
-        (y * 1e6).round() / 1e3 + 0.0
-    );
-    Problem::error(codes::E0510, "fill_below", message)
-        .help(format!("measure again, or {help} if a smooth surface may be assumed there"))
-}
-
-fn plural(count: usize, noun: &str) -> String {
-    format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
-}
-
-fn square_millimetres(area: f64) -> String {
-    format!("{:.3} mm^2", area * 1e6)
 }

@@ -8,7 +8,7 @@
 //! The two usual sets of 36 differ (7 % on a map of one wave), so the figure is named with its set. Neither centre nor
 //! radius of the polynomials matters: both sets span the same surfaces wherever they stand.
 
-use super::zernike_fit;
+use super::{ZernikeFit, zernike_fit};
 use crate::height_map::Grid;
 use crate::job::ZernikeOrder;
 
@@ -27,6 +27,11 @@ pub struct Pvr {
 
 /// Of the known pixels marked in `counts`. `None` where they do not fix 36 terms.
 pub fn pvr(grid: &Grid, counts: &[bool], order: ZernikeOrder) -> Option<Pvr> {
+    robust_fit(grid, counts, order).map(|fit| Pvr::of(&fit))
+}
+
+/// The fit that PVr is made from, on the circle that the box around the pixels holds.
+pub(super) fn robust_fit(grid: &Grid, counts: &[bool], order: ZernikeOrder) -> Option<ZernikeFit> {
     let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
     for i in (0..grid.values.len()).filter(|i| counts[*i] && !grid.values[*i].is_nan()) {
         let at = grid.position(i / grid.columns, i % grid.columns);
@@ -35,10 +40,16 @@ pub fn pvr(grid: &Grid, counts: &[bool], order: ZernikeOrder) -> Option<Pvr> {
     }
     let centre = [0, 1].map(|k| (low[k] + high[k]) / 2.0);
     let radius = (high[0] - low[0]).max(high[1] - low[1]) / 2.0;
-    let fit = zernike_fit(grid, counts, order, TERMS, centre, radius)?;
-    let pv_of_fit = fit.range_of_fit[1] - fit.range_of_fit[0];
-    let rms_of_residual = fit.rms_of_residual;
-    Some(Pvr { pvr: pv_of_fit + 3.0 * rms_of_residual, pv_of_fit, rms_of_residual })
+    zernike_fit(grid, counts, order, TERMS, centre, radius)
+}
+
+impl Pvr {
+    /// Of a fit with 36 terms.
+    pub(super) fn of(fit: &ZernikeFit) -> Pvr {
+        let pv_of_fit = fit.range_of_fit[1] - fit.range_of_fit[0];
+        let rms_of_residual = fit.rms_of_residual;
+        Pvr { pvr: pv_of_fit + 3.0 * rms_of_residual, pv_of_fit, rms_of_residual }
+    }
 }
 
 #[cfg(test)]

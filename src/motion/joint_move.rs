@@ -2,8 +2,7 @@
 //!
 //! In: two joint poses. Out: the seconds it takes, or the place where the tool comes too near to the part.
 //!
-//! What is checked: a ball that stands for the tool (its radius is stated by the caller; it touches the tool centre
-//! point and has its centre on the tool's -z axis) stays out of the glass, which is taken for solid below its surface over
+//! What is checked: the ball that stands for the tool ([`Ball`]) stays out of the glass, which is taken for solid below its surface over
 //! path and part, all the way down, and out of half the travel height above it. Nothing else of tool, arm or cell is known here. The joint ranges need
 //! no samples: between two poses inside them every joint stays inside.
 
@@ -11,6 +10,7 @@ use super::arm::Joints;
 use super::cell::Station;
 use super::frames::{Transform, between};
 use crate::path::Points;
+use crate::tool::Ball;
 
 /// Between two samples no joint moves more: at the end of a 3 m arm a quarter of a degree is 13 mm, and the way between
 /// two samples bows by 0.01 mm.
@@ -44,7 +44,7 @@ pub(super) struct Glass {
     top: f64,
     /// How high over the glass the ball must stay.
     least: f64,
-    radius: f64,
+    ball: Ball,
 }
 
 /// Where a joint move came too near: the tool centre point in the object frame, the ball's distance from the glass
@@ -57,9 +57,8 @@ pub(super) struct TooNear {
 }
 
 impl Glass {
-    /// Under a path and the part (its box, lower left and upper right corner); `radius` is the ball's, `height` the travel
-    /// height.
-    pub fn new(points: &Points, part: [[f64; 2]; 2], radius: f64, height: f64) -> Glass {
+    /// Under a path and the part (its box, lower left and upper right corner); `height` is the travel height.
+    pub fn new(points: &Points, part: [[f64; 2]; 2], ball: Ball, height: f64) -> Glass {
         let least = |values: &[f64]| values.iter().fold(f64::INFINITY, |a, b| a.min(*b));
         let most = |values: &[f64]| values.iter().fold(f64::NEG_INFINITY, |a, b| a.max(*b));
         let lower = [least(&points.x).min(part[0][0]), least(&points.y).min(part[0][1])];
@@ -78,24 +77,25 @@ impl Glass {
             *top = top.max(points.z[i]);
         }
         spread(&mut tops, count);
-        Glass { lower, cell, cells, tops, top: most(&points.z), least: CLEAR_SHARE * height, radius }
+        Glass { lower, cell, cells, tops, top: most(&points.z), least: CLEAR_SHARE * height, ball }
     }
 
     fn check(&self, tool: &Transform) -> Result<(), TooNear> {
         let point = tool.translation.vector;
-        let centre = point - tool.rotation * nalgebra::Vector3::new(0.0, 0.0, self.radius);
+        let Ball { radius, below } = self.ball;
+        let centre = point - tool.rotation * nalgebra::Vector3::new(0.0, 0.0, radius - below);
         if !(point.iter().all(|x| x.is_finite()) && centre.iter().all(|x| x.is_finite())) {
-            return Err(TooNear { point: [point.x, point.y, point.z], distance: -self.radius, least: self.least });
+            return Err(TooNear { point: [point.x, point.y, point.z], distance: -radius, least: self.least });
         }
         // Above everything, which is nearly always so.
-        if centre.z - self.radius >= self.top + self.least {
+        if centre.z - radius >= self.top + self.least {
             return Ok(());
         }
         let centre = [centre.x, centre.y, centre.z];
-        if self.distance(centre, self.least) >= self.radius {
+        if self.distance(centre, self.least) >= radius {
             return Ok(());
         }
-        let distance = self.distance(centre, 0.0) - self.radius;
+        let distance = self.distance(centre, 0.0) - radius;
         Err(TooNear { point: [point.x, point.y, point.z], distance, least: self.least })
     }
 
@@ -193,7 +193,7 @@ mod tests {
     #[test]
     fn the_rim_decides_and_not_the_highest_point() {
         // A ball of 30 mm, 40 mm to travel, 20 mm to keep.
-        let glass = Glass::new(&bowl(), [[-0.06; 2], [0.06; 2]], 0.03, 0.04);
+        let glass = Glass::new(&bowl(), [[-0.06; 2], [0.06; 2]], Ball { radius: 0.03, below: 0.0 }, 0.04);
         // Lifted by 40 mm over the rim the ball leans inwards, its lowest point 34 mm over the rim's height, and no nearer
         // to the glass.
         for x in [0.06, 0.05, -0.06] {
@@ -211,7 +211,7 @@ mod tests {
 
     #[test]
     fn a_number_that_is_none_is_refused() {
-        let glass = Glass::new(&bowl(), [[-0.06; 2], [0.06; 2]], 0.03, 0.04);
+        let glass = Glass::new(&bowl(), [[-0.06; 2], [0.06; 2]], Ball { radius: 0.03, below: 0.0 }, 0.04);
         let nowhere = Transform::from_parts(Translation3::new(0.0, 0.0, f64::NAN), UnitQuaternion::identity());
         assert!(glass.check(&nowhere).is_err());
     }

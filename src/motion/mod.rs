@@ -26,6 +26,7 @@ pub use frames::{FrameChain, Transform};
 pub use plan::plan;
 
 use crate::dwell::{SpeedSteps, TimedPath};
+use crate::tool::Ball;
 
 /// A proof that the checks of motion were passed. Only this module can make one.
 #[derive(Clone, Debug)]
@@ -53,9 +54,8 @@ pub struct Request {
     pub standoff: f64,
     /// Direction of the tool's x axis on the part, radians from +x towards +y of the part, seen from the tool side.
     pub azimuth: f64,
-    /// Radius in metres of the ball that stands for the tool in the check of joint moves: it touches the tool centre
-    /// point and has its centre on the tool's -z axis. For a wheel, the wheel's radius.
-    pub tool_radius: f64,
+    /// The ball that stands for the tool in the check of joint moves.
+    pub tool_ball: Ball,
     /// Lower left and upper right corner of the box around the part's edge, metres, in the part frame.
     pub part: [[f64; 2]; 2],
     /// The path's acceleration, m/s², for the estimate of time.

@@ -52,7 +52,7 @@ pub fn plan(timed: TimedPath, robot: &job::Robot, request: &Request) -> Result<C
     let planner = Planner {
         retract_speed,
         follower: Follower::new(&station),
-        glass: Glass::new(&timed.path.points, request.part, request.tool_radius, station.travel_height),
+        glass: Glass::new(&timed.path.points, request.part, request.tool_ball, station.travel_height),
         station: &station,
         timed: &timed,
         poses: Poses { position: &position, quaternion: &quaternion, speed: &timed.speed },
@@ -106,7 +106,11 @@ fn check_path(timed: &TimedPath, request: &Request) -> Result<(), Problem> {
     if !(request.acceleration > 0.0 && request.acceleration.is_finite()) {
         return bad("dwell.acceleration", "the path's acceleration must be above 0 mm/s^2".into());
     }
-    if !(request.standoff.is_finite() && request.azimuth.is_finite() && request.tool_radius >= 0.0) {
+    if !(request.standoff.is_finite()
+        && request.azimuth.is_finite()
+        && request.tool_ball.radius >= 0.0
+        && request.tool_ball.below.is_finite())
+    {
         return bad("tool", "the tool's stand-off, azimuth or radius is not a finite number".into());
     }
     for i in 0..count {

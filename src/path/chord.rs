@@ -63,7 +63,7 @@ mod tests {
             let point = surface.at(f64::from(i) * step, 0.02).expect("on it");
             points.push([f64::from(i) * step, 0.02, point.sag], point.normal());
         }
-        ToolPath { points, lines: vec![Line { points: 0..5, link: Link::OnSurface }], landing: None }
+        ToolPath { points, lines: vec![Line { points: 0..5, link: Link::OnSurface }], ..ToolPath::default() }
     }
 
     /// On a sphere the departure is the sagitta R - sqrt(R² - s²/4) of the chord s, whatever its place.

@@ -112,6 +112,25 @@ pub fn check(
     Ok(LineEnds { least_overrun: least_overrun.min(landed), full_feed_overrun, landings })
 }
 
+/// W0645 if the last run ends over the part: the process is switched off there.
+pub fn check_last(path: &ToolPath, edge: &Aperture, spot_radius: f64) -> Option<Problem> {
+    let last = path.points.len().checked_sub(1)?;
+    let [x, y, _] = path.points.position(last);
+    if outside(edge, x, y) >= spot_radius {
+        return None;
+    }
+    let message = format!(
+        "the path ends over the part, at x {:.3} mm, y {:.3} mm: the process is switched off there, the tool lifted",
+        x * 1e3 + 0.0,
+        y * 1e3 + 0.0
+    );
+    Some(
+        Problem::warning(codes::W0645, "path.landing", message)
+            .note("what drips while a wheel runs down falls on the part")
+            .help("let the path end off the part: a spiral and rings with `start: inside`, other paths over a larger `over`"),
+    )
+}
+
 /// Distance beyond the outer boundary, negative on the part and in its hole.
 pub(super) fn outside(edge: &Aperture, x: f64, y: f64) -> f64 {
     match edge {
@@ -136,7 +155,7 @@ mod tests {
         for x in [-reach, 0.0, reach] {
             points.push([x * 1e-3, 0.0, 0.0], [0.0, 0.0, 1.0]);
         }
-        ToolPath { points, lines: vec![Line { points: 0..3, link: Link::OnSurface }], landing: None }
+        ToolPath { points, lines: vec![Line { points: 0..3, link: Link::OnSurface }], ..ToolPath::default() }
     }
 
     fn part() -> Aperture {

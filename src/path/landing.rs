@@ -111,7 +111,7 @@ mod tests {
             line(6..9, Link::Lifted),
             line(9..12, Link::OnSurface),
         ];
-        let mut path = ToolPath { points: Points::default(), lines, landing: None };
+        let mut path = ToolPath { points: Points::default(), lines, ..ToolPath::default() };
         assert_eq!(path.stands().count(), 0);
         path.landing = Some(landing(0.01, 1e-3, 0.1));
         assert_eq!(path.stands().collect::<Vec<usize>>(), [0, 5, 6, 8, 9, 11]);

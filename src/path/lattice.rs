@@ -153,7 +153,7 @@ mod tests {
         assert_eq!(along(&line, 1, 0.0), [1.0, 0.5]);
         // Half way round the corner about (2, 1).
         let [x, y] = along(&line, 2, PI / 8.0);
-        let half = 0.5 * (PI / 4.0).sin();
+        let half = 0.5 * libm::sin(PI / 4.0);
         assert!((x - (2.0 + half)).abs() < 1e-15 && (y - (1.0 - half)).abs() < 1e-15, "{x} {y}");
         let [x, y] = along(&line, 3, 0.5);
         assert!((x - 2.5).abs() < 1e-15 && (y - 1.5).abs() < 1e-15);

@@ -15,6 +15,7 @@ pub mod landing;
 mod lattice;
 mod pseudo_random;
 mod raster;
+pub mod region;
 mod rings;
 mod round;
 mod spiral;
@@ -97,6 +98,9 @@ pub struct ToolPath {
     pub lines: Vec<Line>,
     /// How the tool lands and lifts where the path is lifted, if the job lets it do so over the glass.
     pub landing: Option<Landing>,
+    /// Of a path over a region: what it is, and what the path leaves out of it. It is there for an empty region too, which has no
+    /// points.
+    pub region: Option<region::Figures>,
 }
 
 /// What a path is planned from.
@@ -128,6 +132,8 @@ pub struct Laid {
     pub places: Vec<[f64; 2]>,
     /// Ranges of `places`. The link of the last line means nothing.
     pub lines: Vec<Line>,
+    /// Of a strategy that plans over a region.
+    pub region: Option<region::Figures>,
 }
 
 /// How the lines of a path run. One a member of the family `Path`; fields of problems are `path.…`.
@@ -140,6 +146,10 @@ pub trait Strategy {
     fn chord_error(&self) -> f64;
     /// What happens over a hole of the part.
     fn holes(&self) -> Option<&Crossing>;
+    /// Whether lines may run over a hole of the part, which then must be spoken of.
+    fn crosses_holes(&self) -> bool {
+        true
+    }
     /// How the tool lands where a line starts or ends over the glass.
     fn landing(&self) -> Option<Landing>;
     /// The passes, empty for a single one as the fields say it.
@@ -163,6 +173,7 @@ impl job::Path {
             job::Path::rings(rings) => rings,
             job::Path::hilbert(hilbert) => hilbert,
             job::Path::pseudo_random(random) => random,
+            job::Path::region_adaptive(region) => region,
         }
     }
 
@@ -181,7 +192,7 @@ impl job::Path {
 pub fn plan(path: &job::Path, setting: &Setting) -> Result<ToolPath, Problem> {
     let strategy = path.strategy();
     let over = strategy.over();
-    if setting.edge.has_hole() && !over.has_hole() && strategy.holes().is_none() {
+    if setting.edge.has_hole() && !over.has_hole() && strategy.crosses_holes() && strategy.holes().is_none() {
         let message = "the part has a hole, and the path does not say what happens there";
         return Err(Problem::error(codes::E0645, "path", message).help(
             "write `holes: cross { process: on }` if the tool may run on over the hole with the process on (plugged, \
@@ -216,6 +227,7 @@ pub fn plan(path: &job::Path, setting: &Setting) -> Result<ToolPath, Problem> {
             }
             planned.lines.push(Line { points: start..planned.points.len(), link });
         }
+        planned.region = planned.region.or(laid.region);
     }
     Ok(planned)
 }

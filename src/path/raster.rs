@@ -133,7 +133,7 @@ impl Strategy for Raster {
         }
         let lattice = Lattice::new(raster, pass);
         let points = count(&lattice, setting.most_points)?;
-        let mut laid = Laid { places: Vec::with_capacity(points), lines: Vec::new() };
+        let mut laid = Laid { places: Vec::with_capacity(points), ..Laid::default() };
         let link = match raster.lines {
             Lines::serpentine => Link::OnSurface,
             Lines::one_way => Link::Lifted,

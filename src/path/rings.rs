@@ -76,7 +76,7 @@ impl Strategy for Rings {
             places.extend((0..end).map(|i| ring.place(*radius, way * TAU * i as f64 / count as f64)));
         }
         let lines = vec![Line { points: 0..places.len(), link: Link::Lifted }];
-        Ok(Laid { places, lines })
+        Ok(Laid { places, lines, ..Laid::default() })
     }
 }
 

@@ -70,7 +70,7 @@ impl Strategy for Spiral {
             places.reverse();
         }
         let lines = vec![Line { points: 0..places.len(), link: Link::Lifted }];
-        Ok(Laid { places, lines })
+        Ok(Laid { places, lines, ..Laid::default() })
     }
 }
 

@@ -3,7 +3,16 @@
 //! In: the outcomes of the passes. Out: [`ResultFile`], the content of `result.json`, whose field names are fixed by the
 //! command line's page. Numbers are in the unit that their name ends with.
 
-use crate::dwell::Outcome;
+pub mod metrology;
+mod region;
+mod simulation;
+
+pub use region::{RegionResult, nothing, region, results_of_nothing, untouched};
+pub use simulation::{
+    ContactResult, DifferenceResult, PlaceResult, RunResult, SimulatedResult, SimulationResult, simulation,
+};
+
+use crate::dwell::{Choice, Outcome};
 use crate::eval::Requirement;
 use crate::forecast::{Expected, Prospect, Stock};
 use crate::job::Uncertainty;
@@ -11,6 +20,7 @@ use crate::metrology::Figures;
 use crate::motion::Motion;
 use crate::path::ToolPath;
 use crate::target::Program;
+use crate::tool::Spread;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -30,13 +40,27 @@ pub struct JobResult {
     /// `polish` or `dry_run`.
     #[serde(rename = "for")]
     pub purpose: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cycle: Option<i64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub after: Option<String>,
     pub programs: Vec<ProgramResult>,
+    /// Why there is no program: no place stands too high.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub nothing_to_polish: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub metrology: Option<metrology::MetrologyResult>,
     pub path: PathResult,
-    pub dwell: DwellResult,
+    /// Of a run; where there is nothing to polish there is none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub dwell: Option<DwellResult>,
     pub predicted: Predicted,
     pub correctable: Option<CorrectableResult>,
     pub reach: Option<ReachResult>,
     pub stock: Option<StockResult>,
+    /// Of a tool that was measured by several spots.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub spots: Option<SpotsResult>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub motion: Option<MotionResult>,
     pub inputs: Vec<Input>,
@@ -46,6 +70,16 @@ pub struct JobResult {
     pub unchecked: Vec<&'static str>,
     /// Repeated in every report: no controller has run this program for us.
     pub note: &'static str,
+}
+
+/// How well the spots of an influence function agree: one standard deviation of a spot, as a part of the mean.
+#[derive(Clone, Debug, Serialize)]
+pub struct SpotsResult {
+    pub spots: usize,
+    pub volume_spread: Option<f64>,
+    pub peak_spread: Option<f64>,
+    /// Change of the rate in an hour of the process clock, as a part of the rate at the start of the run.
+    pub drift_per_hour: Option<f64>,
 }
 
 #[derive(Clone, Debug, Serialize)]
@@ -61,6 +95,8 @@ pub struct PathResult {
     pub points: usize,
     pub lines: usize,
     pub length_mm: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub region: Option<RegionResult>,
 }
 
 #[derive(Clone, Debug, Serialize)]
@@ -98,7 +134,7 @@ pub struct LandingResult {
 }
 
 /// Figures over the clear aperture: RMS about the mean, PV; `before` is the map as placed, after `subtract`.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Default, Serialize)]
 pub struct Predicted {
     /// Of a dry run: what the figures are about.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -109,6 +145,12 @@ pub struct Predicted {
     pub pv_nm: f64,
     pub removal_mean_nm: f64,
     pub removal_max_nm: f64,
+    /// RMS at the frequency of the lines, where most is removed, and their distance. Missing where the clear aperture has no
+    /// room to see it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ripple_nm: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ripple_period_mm: Option<f64>,
     /// Root of the mean square over many runs with the errors that the job states; nothing where it states none.
     pub rms_expected_nm: Option<f64>,
     /// 90 % of such runs stay below this.
@@ -245,8 +287,11 @@ pub fn results(
         ("predicted.removal.range".into(), removal.pv),
         ("dwell.time".into(), figures.time),
         ("dwell.base".into(), figures.base),
+        ("dwell.floor".into(), figures.floor),
         ("program.points".into(), path.points.len() as f64),
     ]);
+    results.extend(path.region.iter().flat_map(region::results));
+    results.extend(outcome.ripple.map(|ripple| ("predicted.ripple".to_string(), ripple.rms)));
     if let Some(expected) = beside.expected {
         results.extend([
             ("predicted.rms_expected".to_string(), expected.rms),
@@ -334,14 +379,19 @@ pub fn path(path: &ToolPath) -> PathResult {
             length += (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt();
         }
     }
-    PathResult { points: path.points.len(), lines: path.lines.len(), length_mm: rounded(length * 1e3, 1) }
+    PathResult {
+        points: path.points.len(),
+        lines: path.lines.len(),
+        length_mm: rounded(length * 1e3, 1),
+        region: path.region.as_ref().map(region),
+    }
 }
 
 /// The solution.
 pub fn dwell(outcome: &Outcome) -> DwellResult {
     let figures = &outcome.figures;
     DwellResult {
-        solver: "projected Barzilai-Borwein",
+        solver: "projected quasi-Newton",
         iterations: figures.iterations,
         rounds: figures.rounds,
         total_s: rounded(figures.time, 1),
@@ -404,6 +454,40 @@ fn contributions(ideal: f64, expected: &Expected) -> Vec<Contribution> {
     .collect()
 }
 
+/// Content of `NAME.pareto.json`.
+#[derive(Clone, Debug, Serialize)]
+pub struct ParetoResult {
+    pub job: String,
+    /// What the figures are.
+    pub speaks_of: &'static str,
+    /// The least residual first.
+    pub rows: Vec<ParetoRow>,
+}
+
+#[derive(Clone, Debug, Serialize)]
+pub struct ParetoRow {
+    /// On the lines, without the ways between them.
+    pub time_s: f64,
+    pub rms_nm: f64,
+    pub pv_nm: f64,
+    pub base_nm: f64,
+}
+
+/// Residual against machine time.
+pub fn pareto(job: &str, rows: &[Choice]) -> ParetoResult {
+    let row = |choice: &Choice| ParetoRow {
+        time_s: rounded(choice.time, 1),
+        rms_nm: rounded(choice.rms * 1e9, 4),
+        pv_nm: rounded(choice.pv * 1e9, 3),
+        base_nm: rounded(choice.base * 1e9, 2),
+    };
+    ParetoResult {
+        job: job.into(),
+        speaks_of: "what is left of the part of the error that the run is to take off, by the solver's own grid",
+        rows: rows.iter().map(row).collect(),
+    }
+}
+
 /// The surface before and after.
 pub fn predicted(
     outcome: &Outcome,
@@ -420,6 +504,8 @@ pub fn predicted(
         pv_nm: rounded(figures.pv * 1e9, 3),
         removal_mean_nm: rounded(figures.mean_removal * 1e9, 3),
         removal_max_nm: rounded(figures.greatest_removal * 1e9, 3),
+        ripple_nm: outcome.ripple.map(|ripple| rounded(ripple.rms * 1e9, 4)),
+        ripple_period_mm: outcome.ripple.map(|ripple| rounded(ripple.period * 1e3, 4)),
         rms_expected_nm: expected.map(|expected| rounded(expected.rms * 1e9, 3)),
         rms_p90_nm: expected.map(|expected| rounded(expected.rms_p90 * 1e9, 3)),
         contributions: expected.map(|expected| contributions(figures.rms, expected)).unwrap_or_default(),
@@ -437,5 +523,16 @@ pub fn motion(motion: &Motion) -> MotionResult {
         wrist_margin_deg: rounded(figures.wrist_margin * DEGREES, 3),
         joint_speed_share: rounded(figures.joint_speed_share, 4),
         runs: motion.runs.len(),
+    }
+}
+
+/// How well spots agree; to a hundredth of a per cent, which is closer than any repeat.
+pub fn spots(spread: Spread) -> SpotsResult {
+    let part = |value: Option<f64>| value.map(|value| rounded(value, 4));
+    SpotsResult {
+        spots: spread.spots,
+        volume_spread: part(spread.volume),
+        peak_spread: part(spread.peak),
+        drift_per_hour: part(spread.drift.map(|drift| drift * 3600.0)),
     }
 }

@@ -1,13 +1,15 @@
-//! A measured influence function: one spot's map becomes a removal rate.
+//! A measured influence function: the maps of spots become a removal rate.
 //!
-//! In: the map of the depth that one spot of known dwell left, and the job's words on scale, orientation and origin.
-//! Out: an [`InfluenceFunction`] over the tool frame. What the spot was not is taken off: the least-squares plane of the
-//! pixels beyond `radius` (interferometers leave piston and tilt in every map) is the baseline.
+//! In: maps of the depth that spots of known dwell left (or of the glass before and after them), and the job's words on scale,
+//! orientation and origin. Out: an [`InfluenceFunction`] over the tool frame, the mean of the spots, and how well they agree.
+//! What a spot was not is taken off: the least-squares plane of the pixels beyond `radius` (interferometers leave piston and tilt
+//! in every map) is the baseline.
 
 use super::InfluenceFunction;
+use super::spread::{self, SpotFigures, Spread};
 use crate::diagnostics::{Problem, codes};
 use crate::height_map::{Grid, Picture, lay, read_file};
-use crate::job::{Measured, Origin, PixelAt, Positive, View};
+use crate::job::{CentroidNear, Direction, Measured, Origin, PeakNear, PixelAt, Positive, Spot, TurnsWith, View};
 use crate::metrology::{doubt_scale, plane_through, surface_factor};
 use crate::source::FileProvider;
 
@@ -25,65 +27,168 @@ const SETTLED: f64 = 0.01;
 /// A spot that stands out of its map settles within a few rounds; one that wanders longer has no origin of its own.
 const MOST_ROUNDS: usize = 20;
 
-/// Reads the spot. Fields are `tool.influence.…`.
+/// What measured spots say.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MeasuredSpots {
+    pub function: InfluenceFunction,
+    /// How well the spots agree; `None` for a single one.
+    pub spread: Option<Spread>,
+}
+
+/// Reads the spots. `at` is the field of the influence function, within which all fields are.
 ///
 /// # Errors
 /// Those of reading and scaling a map; E0621 without a usable baseline or origin, E0622 for unknown pixels inside the
-/// radius, E0623 for too much added glass, E0624 for no removal at all.
-pub(super) fn read(
+/// radius, E0623 for too much added glass, E0624 for no removal at all, E0656 for maps before and after that do not belong
+/// together, E0657 for spots that are too old.
+pub fn read(
     measured: &Measured,
+    at: &str,
     files: &dyn FileProvider,
     warnings: &mut Vec<Problem>,
-) -> Result<InfluenceFunction, Problem> {
+) -> Result<MeasuredSpots, Problem> {
     let mut said = Vec::new();
     let result = read_within(measured, files, &mut said);
-    warnings.extend(said.into_iter().map(|warning| warning.within("tool.influence")));
-    result.map_err(|problem| problem.within("tool.influence"))
+    warnings.extend(said.into_iter().map(|warning| warning.within(at)));
+    result.map_err(|problem| problem.within(at))
+}
+
+/// One spot on the way: its depth over the tool frame, and where the job says it.
+struct Laid<'a> {
+    spot: &'a Spot,
+    field: String,
+    depth: Grid,
+    /// The deepest pixel of the picture, where it was taken for the spot.
+    guessed: Option<[f64; 2]>,
 }
 
 fn read_within(
     measured: &Measured,
     files: &dyn FileProvider,
     warnings: &mut Vec<Problem>,
-) -> Result<InfluenceFunction, Problem> {
-    for (name, value, unit, scale) in [("dwell", measured.dwell.0, "s", 1.0), ("radius", measured.radius.0, "mm", 1e3)]
-    {
-        if !(value > 0.0 && value.is_finite()) {
-            let message = format!("`{name}` is {:.3} {unit}; it must be positive", value * scale);
-            return Err(Problem::error(codes::E0621, name, message));
+) -> Result<MeasuredSpots, Problem> {
+    let radius = measured.radius.0;
+    if !(radius > 0.0 && radius.is_finite()) {
+        let message = format!("`radius` is {:.3} mm; it must be positive", radius * 1e3);
+        return Err(Problem::error(codes::E0621, "radius", message));
+    }
+    if measured.spots.is_empty() {
+        let message = "an influence function is measured from one spot at least, and `spots` is empty";
+        return Err(Problem::error(codes::E0621, "spots", message));
+    }
+    let mut laid = Vec::new();
+    for (i, spot) in measured.spots.iter().enumerate() {
+        let field = format!("spots.{i}");
+        laid.push(lay_spot(measured, spot, &field, files, warnings).map_err(|p| of_spot(p, &field))?);
+    }
+    separate(&laid, radius)?;
+    // The places of the spots in one picture depend on each other by the baseline around them: twice round is enough, since a
+    // place moves by pixels and the other spots' discs are left out as a whole.
+    let mut levelled = Vec::new();
+    for _ in 0..2 {
+        levelled = (0..laid.len()).map(|i| place(&mut laid, i, radius)).collect::<Result<Vec<Grid>, Problem>>()?;
+    }
+    let mut rates = Vec::new();
+    for (laid, spot) in laid.iter().zip(levelled) {
+        rates.push(finish(spot, radius, laid.spot.dwell.0).map_err(|p| of_spot(p, &laid.field))?);
+    }
+    let figures: Vec<SpotFigures> = laid
+        .iter()
+        .zip(&rates)
+        .map(|(laid, spot)| SpotFigures {
+            volume_rate: volume_rate(spot, radius),
+            peak_rate: peak_rate(spot, radius),
+            clock: laid.spot.clock.map(|clock| clock.0),
+        })
+        .collect();
+    let (scale, spread) = spread::of(&figures, measured.ageing.as_ref(), warnings)?;
+    let mut mean = mean(&rates, radius);
+    mean.values.iter_mut().for_each(|rate| *rate *= scale);
+    let (volume, sigma) = (volume_rate(&mean, radius), smaller_width(&mean, radius));
+    Ok(MeasuredSpots { function: InfluenceFunction::of_map(mean, radius, volume, sigma), spread })
+}
+
+/// The field of a problem that a spot has: `radius` and the like belong to all of them.
+fn of_spot(problem: Problem, field: &str) -> Problem {
+    let of_one = matches!(problem.field.as_deref(), Some("file" | "before" | "dwell" | "origin"));
+    if of_one { problem.within(field) } else { problem }
+}
+
+/// Depth in metres over the tool frame, its origin at the place that the job names or guesses.
+fn lay_spot<'a>(
+    measured: &Measured,
+    spot: &'a Spot,
+    field: &str,
+    files: &dyn FileProvider,
+    warnings: &mut Vec<Problem>,
+) -> Result<Laid<'a>, Problem> {
+    if !(spot.dwell.0 > 0.0 && spot.dwell.0.is_finite()) {
+        let message = format!("`dwell` is {:.3} s; it must be positive", spot.dwell.0);
+        return Err(Problem::error(codes::E0621, "dwell", message));
+    }
+    let mut picture = heights(measured, &spot.file, files, warnings)?;
+    if let Some(before) = &spot.before {
+        let earlier = heights(measured, before, files, warnings).map_err(|mut problem| {
+            if problem.field.as_deref() == Some("file") {
+                problem.field = Some("before".into());
+            }
+            problem
+        })?;
+        let same = |a: f64, b: f64| (a - b).abs() <= 1e-6 * a.abs();
+        let fits = [earlier.columns, earlier.rows] == [picture.columns, picture.rows]
+            && (0..2).all(|axis| same(picture.pixel[axis], earlier.pixel[axis]));
+        if !fits {
+            let size = |p: &Picture| format!("{} x {} pixels of {:.4} mm", p.columns, p.rows, p.pixel[0] * 1e3);
+            let message = format!(
+                "the map before the spot has {}, the map after it {}: one cannot be taken from the other",
+                size(&earlier),
+                size(&picture)
+            );
+            return Err(Problem::error(codes::E0656, "before", message)
+                .help("measure both with the same settings, without moving the part"));
+        }
+        for (value, earlier) in picture.values.iter_mut().zip(&earlier.values) {
+            *value -= earlier;
         }
     }
-    let raw = read_file(&measured.file, files)?;
+    let guess = |origin: &Origin| matches!(origin, Origin::peak(_) | Origin::centroid(_));
+    let guessed = guess(&spot.origin).then(|| deepest(&picture));
+    let start = match &spot.origin {
+        Origin::pixel_at(PixelAt { column, row })
+        | Origin::peak_near(PeakNear { column, row })
+        | Origin::centroid_near(CentroidNear { column, row }) => [*column, *row],
+        Origin::frame_centre(_) => picture.middle(),
+        Origin::peak(_) | Origin::centroid(_) => guessed.unwrap_or([0.0; 2]),
+    };
+    // The tool's z points into the glass, away from the eye on the tool side. A spot that does not turn with the tool is seen in
+    // the part's axes, which are those of a tool with the azimuth 0 but for the sense of y.
+    let mirrored = measured.view == View::from_tool_side;
+    let up = match measured.turns_with {
+        TurnsWith::tool => measured.up,
+        TurnsWith::nothing => match measured.up {
+            Direction::plus_y => Direction::minus_y,
+            Direction::minus_y => Direction::plus_y,
+            along_x => along_x,
+        },
+    };
+    Ok(Laid { spot, field: field.into(), depth: lay(&picture, up, mirrored, start), guessed })
+}
+
+/// A file's picture as depth: positive where glass is missing.
+fn heights(
+    measured: &Measured,
+    file: &str,
+    files: &dyn FileProvider,
+    warnings: &mut Vec<Problem>,
+) -> Result<Picture, Problem> {
+    let raw = read_file(file, files)?;
     let pixel = raw.pixel_pitch(measured.pixel.map(|length| length.0))?;
     let mut values = raw.heights(measured.unit.map(|length| length.0))?;
     doubt_scale(&raw, measured.quantity, warnings);
     // Where glass is missing the surface stands low: depth is the negative of a height that is positive upwards.
     let factor = surface_factor(measured.quantity) * if measured.positive == Positive::high { -1.0 } else { 1.0 };
     values.iter_mut().for_each(|value| *value *= factor);
-    let picture = Picture { columns: raw.columns, rows: raw.rows, pixel, values };
-    // The tool's z points into the glass, away from the eye on the tool side.
-    let mirrored = measured.view == View::from_tool_side;
-    let start = match &measured.origin {
-        Origin::pixel_at(PixelAt { column, row }) => [*column, *row],
-        Origin::frame_centre(_) => picture.middle(),
-        Origin::peak(_) | Origin::centroid(_) => deepest(&picture),
-    };
-    let mut depth = lay(&picture, measured.up, mirrored, start);
-    let radius = measured.radius.0;
-    // With the wrong sign the deepest pixel is any pixel but that of the spot.
-    let looked_for = |problem: Problem| {
-        let [column, row] = start;
-        problem.note(format!(
-            "the deepest pixel of the map was taken for the spot: column {column}, row {row} of the picture; if the spot is \
-             not there, check `positive`"
-        ))
-    };
-    let spot = match &measured.origin {
-        Origin::frame_centre(_) | Origin::pixel_at(_) => levelled(&depth, radius)?,
-        Origin::peak(_) => settle(&mut depth, radius, peak).map_err(looked_for)?,
-        Origin::centroid(_) => settle(&mut depth, radius, centroid).map_err(looked_for)?,
-    };
-    finish(spot, radius, measured.dwell.0)
+    Ok(Picture { columns: raw.columns, rows: raw.rows, pixel, values })
 }
 
 /// The deepest pixel `[column, row]` of the picture; heights were checked to have one.
@@ -97,15 +202,78 @@ fn deepest(picture: &Picture) -> [f64; 2] {
     [(best.1 % picture.columns) as f64, (best.1 / picture.columns) as f64]
 }
 
+/// Whether two spots stand in the same picture.
+fn share_a_picture(a: &Spot, b: &Spot) -> bool {
+    a.file == b.file && a.before == b.before
+}
+
+/// Where the other spots of its picture lie, from spot `i`, in the tool frame.
+fn others(laid: &[Laid], i: usize) -> Vec<[f64; 2]> {
+    let own = laid[i].depth.origin;
+    let beside = laid.iter().enumerate().filter(|(k, other)| *k != i && share_a_picture(other.spot, laid[i].spot));
+    // Both grids are one picture, laid about different places.
+    beside.map(|(_, other)| [own[0] - other.depth.origin[0], own[1] - other.depth.origin[1]]).collect()
+}
+
+/// E0621 if two spots of one picture lie on each other.
+fn separate(laid: &[Laid], radius: f64) -> Result<(), Problem> {
+    for i in 0..laid.len() {
+        for [x, y] in others(laid, i) {
+            let apart = libm::hypot(x, y);
+            if apart < 2.0 * radius {
+                let message = format!(
+                    "two spots of one picture lie {:.3} mm apart, less than two of their radii of {:.3} mm",
+                    apart * 1e3,
+                    radius * 1e3
+                );
+                let field = format!("{}.origin", laid[i].field);
+                return Err(Problem::error(codes::E0621, field, message).help(
+                    "say of each where it lies, by `peak_near { column: …, row: … }`, and make `radius` no larger than a spot is",
+                ));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Finds the origin of spot `i` and takes its baseline off.
+fn place(laid: &mut [Laid], i: usize, radius: f64) -> Result<Grid, Problem> {
+    let others = others(laid, i);
+    let Laid { spot, field, depth, guessed } = &mut laid[i];
+    let guessed = *guessed;
+    let found = match &spot.origin {
+        Origin::frame_centre(_) | Origin::pixel_at(_) => levelled(depth, radius, &others),
+        Origin::peak(_) | Origin::peak_near(_) => settle(depth, radius, &others, peak),
+        Origin::centroid(_) | Origin::centroid_near(_) => settle(depth, radius, &others, centroid),
+    };
+    found.map_err(|problem| of_spot(told_of_guess(problem, guessed), field))
+}
+
+/// The problem of a spot that was looked for: with the wrong sign the deepest pixel is any pixel but that of the spot.
+fn told_of_guess(problem: Problem, guessed: Option<[f64; 2]>) -> Problem {
+    let Some([column, row]) = guessed else { return problem };
+    problem.note(format!(
+        "the deepest pixel of the map was taken for the spot: column {column}, row {row} of the picture; if the spot is \
+         not there, check `positive`"
+    ))
+}
+
 /// Moves the grid's origin to the place that `locate` finds in the levelled spot, until it stays.
-fn settle(depth: &mut Grid, radius: f64, locate: fn(&Grid, f64) -> [f64; 2]) -> Result<Grid, Problem> {
+fn settle(
+    depth: &mut Grid,
+    radius: f64,
+    others: &[[f64; 2]],
+    locate: fn(&Grid, f64) -> [f64; 2],
+) -> Result<Grid, Problem> {
+    let mut others = others.to_vec();
     for _ in 0..MOST_ROUNDS {
-        let spot = levelled(depth, radius)?;
+        let spot = levelled(depth, radius, &others)?;
         let [x, y] = locate(&spot, radius);
         if x.abs() <= SETTLED * depth.pixel[0] && y.abs() <= SETTLED * depth.pixel[1] {
             return Ok(spot);
         }
         depth.origin = [depth.origin[0] - x, depth.origin[1] - y];
+        others.iter_mut().for_each(|[ox, oy]| (*ox, *oy) = (*ox - x, *oy - y));
     }
     Err(Problem::error(codes::E0621, "origin", "the origin of the spot does not settle: no spot stands out of the map")
         .help("check `positive` and `radius`, or say where the tool stood by `pixel_at`"))
@@ -146,9 +314,9 @@ fn each_inside(spot: &Grid, radius: f64, mut see: impl FnMut(f64, f64, f64)) {
     }
 }
 
-/// The map without its baseline; the spot must lie wholly in the picture, every pixel of it known (E0622), with enough
-/// pixels around it (E0621).
-fn levelled(depth: &Grid, radius: f64) -> Result<Grid, Problem> {
+/// The map without its baseline, which the discs about the `others` are no part of; the spot must lie wholly in the picture,
+/// every pixel of it known (E0622), with enough pixels around it (E0621).
+fn levelled(depth: &Grid, radius: f64, others: &[[f64; 2]]) -> Result<Grid, Problem> {
     let counts = [depth.columns, depth.rows];
     for axis in 0..2 {
         let low = depth.origin[axis];
@@ -170,8 +338,10 @@ fn levelled(depth: &Grid, radius: f64) -> Result<Grid, Problem> {
         for column in 0..depth.columns {
             let i = row * depth.columns + column;
             let [x, y] = depth.position(row, column);
-            outside[i] = x * x + y * y > radius * radius;
-            if !outside[i] && depth.values[i].is_nan() {
+            let inside = |x: f64, y: f64| x * x + y * y <= radius * radius;
+            let known = depth.values[i].is_finite();
+            outside[i] = known && !inside(x, y) && !others.iter().any(|[ox, oy]| inside(x - ox, y - oy));
+            if inside(x, y) && !known {
                 let message = format!(
                     "the spot has an unknown pixel at x {:.3} mm, y {:.3} mm of the tool frame",
                     x * 1e3,
@@ -197,8 +367,8 @@ fn levelled(depth: &Grid, radius: f64) -> Result<Grid, Problem> {
     Ok(spot)
 }
 
-/// From depth to rate: checks the volume, divides by the dwell, finds the width.
-fn finish(mut spot: Grid, radius: f64, dwell: f64) -> Result<InfluenceFunction, Problem> {
+/// From depth to rate: checks the volume, divides by the dwell.
+fn finish(mut spot: Grid, radius: f64, dwell: f64) -> Result<Grid, Problem> {
     let (mut removed, mut added, mut extreme) = (0.0, 0.0, 0.0_f64);
     each_inside(&spot, radius, |_, _, depth| {
         extreme = extreme.max(depth.abs());
@@ -224,10 +394,38 @@ fn finish(mut spot: Grid, radius: f64, dwell: f64) -> Result<InfluenceFunction, 
         return Err(Problem::error(codes::E0623, "radius", message)
             .help("check that `radius` holds this one spot and that the map around it is flat"));
     }
-    let pixel_area = spot.pixel[0] * spot.pixel[1];
-    let sigma = smaller_width(&spot, radius);
     spot.values.iter_mut().for_each(|depth| *depth /= dwell);
-    Ok(InfluenceFunction::of_map(spot, radius, volume * pixel_area / dwell, sigma))
+    Ok(spot)
+}
+
+/// Volume removed in a second inside the radius, m³/s.
+fn volume_rate(spot: &Grid, radius: f64) -> f64 {
+    let mut sum = 0.0;
+    each_inside(spot, radius, |_, _, rate| sum += rate);
+    sum * spot.pixel[0] * spot.pixel[1]
+}
+
+/// The greatest rate inside the radius, m/s.
+fn peak_rate(spot: &Grid, radius: f64) -> f64 {
+    let mut most = f64::NEG_INFINITY;
+    each_inside(spot, radius, |_, _, rate| most = most.max(rate));
+    most
+}
+
+/// The mean of the spots on the pixels of the first, laid on each other by their origins; a single spot is itself.
+fn mean(rates: &[Grid], radius: f64) -> Grid {
+    let mut mean = rates[0].clone();
+    if rates.len() == 1 {
+        return mean;
+    }
+    for i in 0..mean.values.len() {
+        let [x, y] = mean.position(i / mean.columns, i % mean.columns);
+        // Beyond the radius nothing is asked; just beyond it the reading between pixels needs values.
+        let near = libm::hypot(x, y) <= radius + 2.0 * mean.pixel[0].max(mean.pixel[1]);
+        let sum: f64 = if near { rates.iter().map(|spot| spot.interpolate(x, y).unwrap_or(0.0)).sum() } else { 0.0 };
+        mean.values[i] = sum / rates.len() as f64;
+    }
+    mean
 }
 
 /// Root of the smaller principal second moment about the centroid, of what was removed (noise below zero has no width),

@@ -1,35 +1,9 @@
-//! The tool as a body: how far from the surface it stands, and whether its numbers can be.
+//! The MRF wheel as a body: whether its numbers can be, and whether it fits the surface.
 //!
-//! In: the job's `tool` and the surface it works on. Out: the stand-off for motion, and problems of the description.
+//! In: the job's wheel and the surface it works on. Out: problems of the description.
 
 use crate::diagnostics::{Problem, codes};
-use crate::job::{MrfWheel, Robot, Tool};
-use crate::workpiece::form::Surface;
-
-impl Tool {
-    /// Distance from the tool centre point to the nominal surface along the outward normal, metres: an MRF wheel's
-    /// `gap`. The tool centre point stands at contact point + stand-off * normal.
-    pub fn standoff(&self) -> f64 {
-        match self {
-            Tool::mrf_wheel(wheel) => wheel.gap.0,
-        }
-    }
-
-    /// Direction of the tool's x axis on the part, radians from +x towards +y, seen from the tool side.
-    pub fn azimuth(&self) -> f64 {
-        match self {
-            Tool::mrf_wheel(wheel) => wheel.azimuth.0,
-        }
-    }
-}
-
-/// What is wrong with the tool as a body (E0630). Fields are `tool.…`.
-pub fn check(tool: &Tool) -> Vec<Problem> {
-    let Tool::mrf_wheel(wheel) = tool;
-    let mut problems = wheel_numbers(wheel);
-    problems.sort_by(|a, b| a.field.cmp(&b.field));
-    problems
-}
+use crate::job::{MrfWheel, Robot};
 
 /// How far the two diameters may differ: the rounding of the numbers of a job. Both are written by people, so another
 /// number is another wheel.
@@ -37,9 +11,8 @@ const SAME_WHEEL: f64 = 1e-9;
 
 /// E0632 if the tool centre point was measured with another wheel than the job's: its lowest point lies half the
 /// difference away.
-pub fn check_centre_point(tool: &Tool, robot: Option<&Robot>) -> Option<Problem> {
-    let Tool::mrf_wheel(wheel) = tool;
-    let measured = robot?.cell.as_ref()?.tcp.wheel_diameter?.0;
+pub(super) fn centre_point(wheel: &MrfWheel, robot: &Robot) -> Option<Problem> {
+    let measured = robot.cell.as_ref()?.tcp.wheel_diameter?.0;
     if (measured - wheel.diameter.0).abs() <= SAME_WHEEL {
         return None;
     }
@@ -56,19 +29,12 @@ pub fn check_centre_point(tool: &Tool, robot: Option<&Robot>) -> Option<Problem>
     )
 }
 
-/// E0631 if the tool does not fit into the surface at one of the `places` (x, y in metres): a wheel of radius r, its
-/// lowest point one gap h over the glass, comes nearer to it elsewhere where the surface is hollow with a radius below
-/// r + h. The worst place is said. The wheel is taken for a ball of its radius, since its shape across the rim is not
+/// E0631 if the wheel does not fit into the surface where it is hollow most sharply (the place, and one over the radius
+/// there): a wheel of radius r, its lowest point one gap h over the glass, comes nearer to it elsewhere where the surface is
+/// hollow with a radius below r + h. The wheel is taken for a ball of its radius, since its shape across the rim is not
 /// stated (gap model of a spherical wheel: a concave radius of at most the wheel's is refused).
-pub fn check_fit(tool: &Tool, surface: &dyn Surface, places: impl Iterator<Item = [f64; 2]>) -> Option<Problem> {
-    let Tool::mrf_wheel(wheel) = tool;
-    if surface.is_plane() {
-        return None;
-    }
+pub(super) fn fit(wheel: &MrfWheel, (place, sharpest): ([f64; 2], f64)) -> Option<Problem> {
     let needed = wheel.diameter.0 / 2.0 + wheel.gap.0;
-    let hollow = |[x, y]: [f64; 2]| surface.at(x, y).map(|point| ([x, y], point.curvature().principal_values()[1]));
-    let (place, sharpest) =
-        places.filter_map(hollow).fold(([0.0; 2], 0.0), |worst, here| if here.1 > worst.1 { here } else { worst });
     if sharpest * needed < 1.0 {
         return None;
     }
@@ -92,7 +58,8 @@ pub fn check_fit(tool: &Tool, surface: &dyn Surface, places: impl Iterator<Item 
     Some(Problem::error(codes::E0631, "tool.diameter", message).help(help))
 }
 
-fn wheel_numbers(wheel: &MrfWheel) -> Vec<Problem> {
+/// What is wrong with the wheel's numbers (E0630). Fields are `tool.…`.
+pub(super) fn numbers(wheel: &MrfWheel) -> Vec<Problem> {
     let mut problems = Vec::new();
     let mut positive = |name: &str, value: f64, text: String, why: &str| {
         if !(value > 0.0 && value.is_finite()) {

@@ -149,6 +149,9 @@ shown! {
     AngularAcceleration = Dimension::whole(0, 0, -2, 1);
     Mass = Dimension::MASS;
     Inertia = Dimension::whole(2, 1, 0, 0);
+    Force = Dimension::whole(1, 1, -2, 0);
+    Pressure = Dimension::whole(-1, 1, -2, 0);
+    PerPressure = Dimension::whole(1, -1, 2, 0);
     PerLength2 = Dimension::whole(-2, 0, 0, 0);
     PerLength3 = Dimension::whole(-3, 0, 0, 0);
     PerLength4 = Dimension::whole(-4, 0, 0, 0);

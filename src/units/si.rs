@@ -38,6 +38,12 @@ quantities! {
     Mass
     /// Kilogram square metres.
     Inertia
+    /// Newtons.
+    Force
+    /// Pascals.
+    Pressure
+    /// One over pascals: Preston's coefficient.
+    PerPressure
     /// One over the second power of metres: the coefficient of r^3.
     PerLength2
     /// One over the third power of metres: the coefficient of r^4.

@@ -6,7 +6,7 @@
 use super::findings::Difference;
 use super::planned::{Planned, millimetres};
 use crate::diagnostics::codes::{E1005, E1006, E1014};
-use crate::job::{Job, RobotCell, Tool};
+use crate::job::{Job, RobotCell};
 use crate::motion::{Arm, Joints, Motion, Purpose, Transform};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
@@ -49,7 +49,6 @@ pub(super) struct Replay<'a> {
 impl<'a> Replay<'a> {
     pub fn new(motion: &'a Motion, job: &Job, cell: &RobotCell, arm: &'a Arm, frames: &Frames) -> Replay<'a> {
         let chain = &motion.frames;
-        let Tool::mrf_wheel(wheel) = &job.tool;
         let lift = match motion.purpose {
             Purpose::Polish => 0.0,
             Purpose::DryRun => cell.travel.height.0,
@@ -61,13 +60,19 @@ impl<'a> Replay<'a> {
             tool_change: frames.flange_tool.inverse() * chain.flange_tool,
             base_object: chain.world_base.inverse() * frames.world_object,
             tool_flange: frames.flange_tool.inverse(),
-            standoff: wheel.gap.0 + lift,
+            standoff: job.tool.standoff() + lift,
         }
     }
 
     /// The job's tool in the part frame, when the text's tool is at `target`.
     pub fn tool(&self, target: &Transform) -> Transform {
         self.part_object * target * self.tool_change
+    }
+
+    /// The job's tool in the part frame, when the arm's joints (radians) are these.
+    pub fn tool_of_joints(&self, joints: &Joints) -> Transform {
+        let target = self.base_object.inverse() * self.arm.forward(joints) * self.tool_flange.inverse();
+        self.tool(&target)
     }
 
     /// Whether a move to `target` ends where the plan's does, orientation apart.

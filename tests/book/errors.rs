@@ -23,6 +23,7 @@ const RANGES: &[(&str, &str)] = &[
     ("10", "Verify"),
     ("11", "Requirements"),
     ("12", "Command line"),
+    ("13", "Simulate"),
 ];
 
 #[test]

@@ -128,5 +128,5 @@ pub fn raster(lines: usize, points_per_line: usize, step: f64, pitch: f64, speed
         path_lines.push(Line { points: start..points.len(), link });
     }
     let speed = vec![speed; points.len()];
-    TimedPath { path: ToolPath { points, lines: path_lines, landing: None }, speed, standing: Vec::new() }
+    TimedPath { path: ToolPath { points, lines: path_lines, ..ToolPath::default() }, speed, standing: Vec::new() }
 }

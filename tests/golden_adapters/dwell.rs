@@ -1,7 +1,10 @@
 //! Path and dwell. The golden files speak mm, nm and s; the library SI.
 
-use polishc::dwell::least_squares::{self, Base, LinearOperator, Stop, Wanted};
-use polishc::dwell::removal::{self, Removal, Samples, Window};
+use polishc::dwell::bounds::Bounds;
+use polishc::dwell::descent::{self, LinearOperator, Stop};
+use polishc::dwell::largest;
+use polishc::dwell::objective::{self, Base, Objective, Wanted};
+use polishc::dwell::removal::{self, Removal, Samples, Spread, Window};
 use polishc::dwell::{Footprint, floor_depth};
 use polishc::job::{Aperture, Circle, Lines, Path, Plane, Raster};
 use polishc::path::{self, Setting};
@@ -16,6 +19,8 @@ pub fn run(function: &str, input: &Value, _expected: &Value, _context: &Value) -
         "H_apply_bilinear" => bilinear(input),
         "HT_apply_exact" => transpose(input),
         "bounded_ls" => bounded_ls(input),
+        "lse_penalty" => log_sum_exp(input),
+        "minimax_lp" => minimax(input),
         "tif_volume_rate" => influence(input).map(|f| json!({ "V_nm_mm2_s": f.volume_rate() * 1e15 })),
         "floor_depth" => floor(input),
         _ => return None,
@@ -103,7 +108,7 @@ fn exact(input: &Value) -> Result<Value, String> {
 fn bilinear(input: &Value) -> Result<Value, String> {
     let Setup { influence, samples, window } = setup(input)?;
     let times = numbers(&input["T_s"], 1.0)?;
-    let mut operator = Removal::new(&samples, &Footprint::of(&influence, 0.0), window);
+    let mut operator = Removal::spreading(Spread::Linear, &samples, &Footprint::of(&influence, 0.0), window);
     let mut depths = vec![0.0; window.len()];
     operator.forward(&times, &mut depths);
     Ok(map_figures(&depths, &window))
@@ -145,17 +150,58 @@ impl LinearOperator for Dense {
     }
 }
 
-fn bounded_ls(input: &Value) -> Result<Value, String> {
+fn dense(input: &Value) -> Result<Dense, String> {
     let rows = input["H"].as_array().ok_or("no `H`")?;
-    let mut operator = Dense(rows.iter().map(|row| numbers(row, 1.0)).collect::<Result<_, _>>()?);
+    Ok(Dense(rows.iter().map(|row| numbers(row, 1.0)).collect::<Result<_, _>>()?))
+}
+
+const EXACT: Stop =
+    Stop { most_iterations: 1000, relative_decrease: 0.0, elsewhere: 0.0, value: 0.0, relative_step: 1e-13 };
+
+fn bounded_ls(input: &Value) -> Result<Value, String> {
+    let mut operator = dense(input)?;
     let depths = numbers(&input["ep_nm"], 1.0)?;
     let (n, m) = (operator.unknowns(), operator.rows());
     let (lower, upper) = (vec![number(input, "T_min")?; n], vec![number(input, "T_max")?; n]);
     let weights = vec![1.0; m];
-    let wanted = Wanted { depths: &depths, weights: &weights, lower: &lower, upper: &upper, base: Base::Fixed(0.0) };
-    let stop = Stop { most_iterations: 1000, relative_decrease: 0.0, elsewhere: 0.0, rms: 0.0, relative_step: 1e-13 };
-    let solution = least_squares::solve(&mut operator, &wanted, &lower, stop);
-    Ok(json!({ "T_s": solution.times, "rss": solution.rms * solution.rms * m as f64 }))
+    let (base, objective) = (Base::Fixed(0.0), Objective::Squares);
+    let wanted = Wanted { depths: &depths, weights: &weights, base, objective, price: 0.0 };
+    let mut domain = Bounds::new(&lower, &upper, &lower);
+    let found = descent::descend(&mut operator, &wanted, &mut domain, EXACT);
+    Ok(json!({ "T_s": domain.into_times(), "rss": 2.0 * found.value }))
+}
+
+/// The penalty of squares: `1/p log sum exp(p delta²)`, its shares, and by the chain rule its gradient.
+fn log_sum_exp(input: &Value) -> Result<Value, String> {
+    let mut operator = dense(input)?;
+    let (wanted, times) = (numbers(&input["ep_nm"], 1.0)?, numbers(&input["T_s"], 1.0)?);
+    let mut removed = vec![0.0; operator.rows()];
+    operator.forward(&times, &mut removed);
+    let delta: Vec<f64> = wanted.iter().zip(&removed).map(|(e, z)| e - z).collect();
+    let squares: Vec<f64> = delta.iter().map(|d| d * d).collect();
+    let weights = vec![1.0; delta.len()];
+    let (value, shares) = objective::log_sum_exp(&squares, &weights, number(input, "p_per_nm2")?);
+    let slopes: Vec<f64> = shares.iter().zip(&delta).map(|(share, d)| -2.0 * share * d).collect();
+    let mut gradient = vec![0.0; times.len()];
+    operator.transpose(&slopes, &mut gradient);
+    Ok(json!({ "delta_nm": delta, "E_nm2": value, "zeta": shares, "grad_nm2_per_s": gradient }))
+}
+
+fn minimax(input: &Value) -> Result<Value, String> {
+    let mut operator = dense(input)?;
+    let depths = numbers(&input["ep_nm"], 1.0)?;
+    let (n, m) = (operator.unknowns(), operator.rows());
+    let (lower, upper) = (vec![number(input, "T_min")?; n], vec![number(input, "T_max")?; n]);
+    let weights = vec![1.0; m];
+    let free = input["piston_free"].as_bool().ok_or("no `piston_free`")?;
+    let base = if free { Base::AtMost(f64::INFINITY) } else { Base::Fixed(0.0) };
+    let wanted = Wanted { depths: &depths, weights: &weights, base, objective: Objective::Squares, price: 0.0 };
+    let mut domain = Bounds::new(&lower, &upper, &lower);
+    descent::descend(&mut operator, &wanted, &mut domain, EXACT);
+    // The value itself to 1e-8 asks for a far sharper stand-in than a run does.
+    let sharpening: Vec<f64> = (0..16).map(|k| 5.0 * 4.0f64.powi(k)).collect();
+    let found = largest::minimise(&mut operator, &wanted, &mut domain, &sharpening, EXACT);
+    Ok(json!({ "max_abs_delta_nm": found.value }))
 }
 
 fn floor(input: &Value) -> Result<Value, String> {

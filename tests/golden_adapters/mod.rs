@@ -3,10 +3,12 @@
 mod dwell;
 mod figures;
 mod forms;
+mod regions;
 mod robots;
+mod tools;
 
 use serde_json::Value;
 
 type Adapter = fn(&str, &Value, &Value, &Value) -> Option<Result<Value, String>>;
 
-pub const ADAPTERS: &[Adapter] = &[dwell::run, figures::run, forms::run, robots::run];
+pub const ADAPTERS: &[Adapter] = &[dwell::run, figures::run, forms::run, regions::run, robots::run, tools::run];

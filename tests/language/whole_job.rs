@@ -39,22 +39,23 @@ fn the_job_is_in_si_and_whole() {
         Aperture::annulus(Annulus { outer_diameter: Length(0.34), inner_diameter: Length(0.06), centre: None })
     );
     assert_eq!(job.workpiece.material.name, "fused silica");
-    let FormError::height_map(map) = &job.workpiece.error;
+    let FormError::height_map(map) = &job.workpiece.error else { panic!("a height map") };
     // Given by --set: relative to the working directory, not to the job's folder.
     assert_eq!(map.file, "maps/flat.dat");
     assert_eq!(map.subtract, [Term::piston, Term::tilt]);
     assert_eq!(map.centre, MapCentre::frame_centre(Empty {}));
     near(map.fill_below.expect("stated").0, 4e-6);
     assert_eq!(map.pixel, None);
-    let Tool::mrf_wheel(wheel) = &job.tool;
+    let Tool::mrf_wheel(wheel) = &job.tool else { panic!("a wheel") };
     near(wheel.speed.0, 2.0 * PI);
     near(wheel.gap.0, 0.001);
     near(wheel.azimuth.0, PI / 2.0);
     assert_eq!(wheel.rotation, WheelRotation::forward);
     let Influence::measured(spot) = &wheel.influence else { panic!("a measured influence") };
     // Said in the job's file: relative to its folder.
-    assert_eq!(spot.file, "jobs/spots/12.dat");
-    assert_eq!(spot.origin, Origin::pixel_at(PixelAt { column: 120.5, row: 64.0 }));
+    assert_eq!(spot.spots[0].file, "jobs/spots/12.dat");
+    assert_eq!(spot.flow_in_map, Some(InPicture::up));
+    assert_eq!(spot.spots[0].origin, Origin::pixel_at(PixelAt { column: 120.5, row: 64.0 }));
     let Path::raster(raster) = &job.path else { panic!("no raster") };
     near(raster.point_step.0, 0.004);
     near(raster.line_pitch.0, 0.0005);
@@ -138,10 +139,10 @@ fn requirements_wait_for_results_and_use_the_units_of_their_line() {
     assert_eq!(requirements[0].text, "result.predicted.rms <= 1 wave / 60");
     assert_eq!(requirements[0].evaluate(&BTreeMap::new()).met, None);
     let mut results: BTreeMap<String, f64> = BTreeMap::new();
-    // 632.8 nm / 60 = 10.547 nm: 10.5 nm is good, 10.6 nm is not. 6.328 nm is 0.01 wave.
+    // 632.8 nm / 60 = 10.547 nm: 10.5 nm is good, 10.6 nm is not. 6.328 nm is a hundredth of a wave.
     results.insert("predicted.rms".into(), 6.328e-9);
     let outcome = requirements[0].evaluate(&results);
-    assert_eq!((outcome.value.as_deref(), outcome.met), (Some("0.01 wave"), Some(true)));
+    assert_eq!((outcome.value.as_deref(), outcome.met), (Some("1 wave / 100"), Some(true)));
     results.insert("predicted.rms".into(), 10.6e-9);
     assert_eq!(requirements[0].evaluate(&results).met, Some(false));
     results.insert("motion.time".into(), 5400.0);
@@ -181,7 +182,7 @@ fn params_are_set_and_shown() {
     let job = compiled.jobs.first().unwrap_or_else(|| panic!("{:?}", said(&compiled)));
     let Path::raster(raster) = &job.job.path else { panic!("no raster") };
     near(raster.line_pitch.0, 0.0004);
-    let FormError::height_map(map) = &job.job.workpiece.error;
+    let FormError::height_map(map) = &job.job.workpiece.error else { panic!("a height map") };
     assert_eq!(map.file, "a map.dat");
     let shown: Vec<(&str, &str)> = job.params.iter().map(|p| (p.name.as_str(), p.value.as_str())).collect();
     assert_eq!(shown, [("pitch", "0.4mm"), ("map", "\"a map.dat\"")]);

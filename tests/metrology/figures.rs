@@ -187,3 +187,21 @@ fn a_pixel_that_does_not_count_spoils_only_its_own_slopes() {
     let without = slope_rms(&map, &counts, 2e-3).unwrap();
     assert!(close(without.axes[0], clean.axes[0], 1e-3), "{without:?} {clean:?}");
 }
+
+#[test]
+fn inspect_tells_zernike_coefficients_of_the_picture() {
+    // 30 nm of Fringe 6, r² sin 2θ = 2 x y, +x to the right and +y upwards in the picture, over the circle that 61 x 61 pixels
+    // hold: 30 pixels.
+    let values: Vec<f64> = (0..61 * 61)
+        .map(|i| {
+            let (x, y) = ((i % 61) as f64 - 30.0, 30.0 - (i / 61) as f64);
+            30.0 * 2.0 * x * y / 900.0
+        })
+        .collect();
+    let bytes = polishc::height_map::npy::write(61, &values).unwrap();
+    let told = polishc::metrology::inspect(&bytes, "map.npy", Some(1e-9), Some(1e-3)).unwrap();
+    let polishc::metrology::Inspection::HeightMap(facts) = told else { panic!("a height map") };
+    let mut expected = vec![0.0; 16];
+    expected[5] = 30.0;
+    assert_eq!(facts.zernike_fringe_nm.unwrap(), expected);
+}

@@ -2,8 +2,12 @@
 
 use polishc::diagnostics::Problem;
 use polishc::height_map::npy;
-use polishc::job::{self, Direction, Empty, Measured, Origin, PixelAt, Positive, Quantity, View};
+use polishc::job::{
+    self, Conditions, Direction, Empty, Material, Measured, MrfConditions, Origin, PixelAt, Positive, Quantity, Spot,
+    TurnsWith, View,
+};
 use polishc::source::MemoryFiles;
+use polishc::tool::measured as spots_of;
 use polishc::tool::{InfluenceFunction, part_to_tool};
 use polishc::units::si::{AngularSpeed, Length, Time};
 use std::collections::BTreeMap;
@@ -95,22 +99,34 @@ fn picture(right: [f64; 2], up: [f64; 2], sign: f64) -> Vec<f64> {
 
 fn measured() -> Measured {
     Measured {
-        file: "spot.npy".into(),
-        dwell: Time(10.0),
+        spots: vec![one_spot(10.0, Origin::pixel_at(PixelAt { column: 57.0, row: 48.0 }))],
         quantity: Quantity::surface,
         positive: Positive::high,
         view: View::from_tool_side,
         up: Direction::plus_y,
         pixel: Some(mm(PIXEL)),
         unit: Some(Length(1e-9)),
-        origin: Origin::pixel_at(PixelAt { column: 57.0, row: 48.0 }),
         radius: mm(8.5),
+        turns_with: TurnsWith::tool,
+        flow_in_map: None,
+        taken: Conditions::mrf_conditions(MrfConditions {
+            diameter: mm(360.0),
+            speed: AngularSpeed(60.0 * std::f64::consts::TAU / 60.0),
+            rotation: job::WheelRotation::forward,
+            gap: mm(1.0),
+            material: Material { name: "glass".into() },
+        }),
+        ageing: None,
     }
+}
+
+fn one_spot(dwell: f64, origin: Origin) -> Spot {
+    Spot { file: "spot.npy".into(), before: None, dwell: Time(dwell), origin, clock: None }
 }
 
 fn read(measured: &Measured, values: &[f64]) -> Result<InfluenceFunction, Problem> {
     let files = MemoryFiles(BTreeMap::from([("spot.npy".to_string(), npy::write(COLUMNS, values).unwrap())]));
-    InfluenceFunction::new(&job::Influence::measured(measured.clone()), &files, &mut Vec::new())
+    spots_of::read(measured, "tool.influence", &files, &mut Vec::new()).map(|spots| spots.function)
 }
 
 /// Bilinear reading of a curve with second derivative f'' is off by f'' h²/8 along each axis. The spot's steepest are
@@ -164,7 +180,10 @@ fn a_measured_spot_has_the_volume_and_the_width_of_the_spot() {
     // A wavefront is twice the surface; twice the dwell is half the rate.
     let half = read(&Measured { quantity: Quantity::wavefront, ..measured() }, &picture([-1.0, 0.0], [0.0, 1.0], -1.0));
     assert!(near(half.unwrap().volume_rate(), spot.volume_rate() / 2.0, 1e-12));
-    let slow = read(&Measured { dwell: Time(20.0), ..measured() }, &picture([-1.0, 0.0], [0.0, 1.0], -1.0));
+    let slow = read(
+        &Measured { spots: vec![one_spot(20.0, measured().spots[0].origin.clone())], ..measured() },
+        &picture([-1.0, 0.0], [0.0, 1.0], -1.0),
+    );
     assert!(near(slow.unwrap().volume_rate(), spot.volume_rate() / 2.0, 1e-12));
 }
 
@@ -173,17 +192,19 @@ fn the_origin_is_where_the_job_says() {
     let values = picture([-1.0, 0.0], [0.0, 1.0], -1.0);
     // The deepest pixel is the one at (0.6, -0.4) or (0.6, -0.2), the centroid is (0.6, -0.3): from there, the rate is
     // that of the spot moved by as much.
-    let centroid = read(&Measured { origin: Origin::centroid(Empty {}), ..measured() }, &values).unwrap();
+    let centroid =
+        read(&Measured { spots: vec![one_spot(10.0, Origin::centroid(Empty {}))], ..measured() }, &values).unwrap();
     for (x, y) in [(0.0, 0.0), (2.0, 1.0), (-1.5, 0.7)] {
         let (found, expected) = (centroid.rate(x * 1e-3, y * 1e-3) * 1e9, lopsided(x + 0.6, y - 0.3));
         assert!((found - expected).abs() < RATE, "{found} {expected}");
     }
-    let peak = read(&Measured { origin: Origin::peak(Empty {}), ..measured() }, &values).unwrap();
+    let peak = read(&Measured { spots: vec![one_spot(10.0, Origin::peak(Empty {}))], ..measured() }, &values).unwrap();
     let (found, lower, upper) = (peak.rate(1e-3, 1e-3) * 1e9, lopsided(1.6, 0.6), lopsided(1.6, 0.8));
     assert!((found - lower).abs() < RATE || (found - upper).abs() < RATE, "{found} {lower} {upper}");
     // The middle of the picture is column 60, row 50: three pixels right of and two below the tool centre point; seen
     // from the tool side with +y up, right is -x.
-    let frame = read(&Measured { origin: Origin::frame_centre(Empty {}), ..measured() }, &values).unwrap();
+    let frame =
+        read(&Measured { spots: vec![one_spot(10.0, Origin::frame_centre(Empty {}))], ..measured() }, &values).unwrap();
     for (x, y) in [(0.0, 0.0), (2.0, 1.0)] {
         let (found, expected) = (frame.rate(x * 1e-3, y * 1e-3) * 1e9, lopsided(x - 0.6, y - 0.4));
         assert!((found - expected).abs() < RATE, "{found} {expected}");
@@ -202,9 +223,9 @@ fn spots_that_cannot_be_are_refused() {
         assert!(found.2.contains(words), "{}", found.2);
     };
     expect(
-        said(Measured { dwell: Time(0.0), ..measured() }, &good),
+        said(Measured { spots: vec![one_spot(0.0, Origin::peak(Empty {}))], ..measured() }, &good),
         "E0621",
-        "tool.influence.dwell",
+        "tool.influence.spots.0.dwell",
         "`dwell` is 0.000 s",
     );
     expect(said(Measured { radius: mm(-1.0), ..measured() }, &good), "E0621", "tool.influence.radius", "-1.000 mm");
@@ -222,11 +243,11 @@ fn spots_that_cannot_be_are_refused() {
         "tool.influence.positive",
         "added glass",
     );
-    expect(said(measured(), &vec![5.0; COLUMNS * ROWS]), "E0624", "tool.influence.file", "removed nothing");
+    expect(said(measured(), &vec![5.0; COLUMNS * ROWS]), "E0624", "tool.influence.spots.0.file", "removed nothing");
     // One unknown pixel 2 mm above the tool centre point.
     let mut torn = good.clone();
     torn[38 * COLUMNS + 57] = f64::NAN;
-    expect(said(measured(), &torn), "E0622", "tool.influence.file", "x 0.000 mm, y 2.000 mm");
+    expect(said(measured(), &torn), "E0622", "tool.influence.spots.0.file", "x 0.000 mm, y 2.000 mm");
     // Outside the spot it does not matter.
     let mut torn = good.clone();
     torn[0] = f64::NAN;
@@ -273,7 +294,7 @@ fn a_wheel_has_a_size_and_a_gap() {
             azimuth: polishc::units::si::Angle(0.5),
             influence: job::Influence::measured(measured()),
         });
-        let problems = polishc::tool::check(&tool);
+        let problems = polishc::tool::check(&tool, None);
         let said: Vec<(String, String)> =
             problems.into_iter().map(|p| (p.code.to_string(), p.field.unwrap())).collect();
         (tool.standoff(), tool.azimuth(), said)

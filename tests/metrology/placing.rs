@@ -21,7 +21,7 @@ fn picture(height_nm: impl Fn(usize, usize) -> f64) -> RawMap {
 
 fn place(raw: &RawMap, map: &HeightMap, part: &Workpiece) -> (Result<ErrorMap, Problem>, Vec<String>) {
     let mut warnings = Vec::new();
-    let result = metrology::place(raw, map, part, &mut warnings);
+    let result = metrology::place(raw, map, part, &MemoryFiles::default(), &mut warnings);
     (
         result,
         warnings.into_iter().map(|w| format!("{} {} {}", w.code, w.field.unwrap_or_default(), w.message)).collect(),
@@ -417,7 +417,7 @@ fn the_job_reads_its_map_through_the_files_it_is_given() {
     assert!(near(map.after.mean * 1e9, 1.0, NM) && near(map.wavelength.unwrap(), 632.8e-9, 1e-13));
     for (file, code) in [("none.dat", "E0500"), ("short.dat", "E0503")] {
         let asked = HeightMap { file: file.into(), ..crate::workpiece::map() };
-        let part = Workpiece { error: polishc::job::FormError::height_map(asked), ..whole.clone() };
+        let part = Workpiece { error: polishc::job::FormError::height_map(Box::new(asked)), ..whole.clone() };
         let problem = metrology::error_map(&part, &files, &mut Vec::new()).unwrap_err();
         assert_eq!((problem.code.as_str(), problem.field.as_deref()), (code, Some("workpiece.error.file")));
     }

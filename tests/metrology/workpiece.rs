@@ -48,7 +48,9 @@ pub fn part(edge: Aperture, clear: Aperture) -> Workpiece {
         edge,
         clear,
         material: Material { name: "fused silica".into() },
-        error: FormError::height_map(map()),
+        fiducials: None,
+        error: FormError::height_map(Box::new(map())),
+        target: None,
     }
 }
 
@@ -60,9 +62,15 @@ pub fn map() -> HeightMap {
         view: View::from_tool_side,
         up: Direction::plus_y,
         subtract: Vec::<Term>::new(),
+        rotated: None,
         pixel: None,
         unit: None,
         centre: MapCentre::frame_centre(Empty {}),
+        fiducials: None,
+        mask: None,
+        leave_out: None,
+        trim: None,
+        despike: None,
         fill_below: None,
     }
 }

@@ -194,7 +194,6 @@ pub fn curved(mut timed: TimedPath) -> TimedPath {
 
 /// The planned motion of `timed` for `job`.
 pub fn plan(job: &Job, timed: TimedPath, purpose: Purpose) -> Checked<Motion> {
-    let polishc::job::Tool::mrf_wheel(wheel) = &job.tool;
     // RAPID programs of these tests end their runs at the number of points, KRL programs at the room of a file.
     let limits = polishc::target::limits(job.target.as_ref().expect("a target"));
     let room = match &job.target {
@@ -202,9 +201,9 @@ pub fn plan(job: &Job, timed: TimedPath, purpose: Purpose) -> Checked<Motion> {
         _ => limits.room,
     };
     let request = Request {
-        standoff: wheel.gap.0,
-        azimuth: wheel.azimuth.0,
-        tool_radius: wheel.diameter.0 / 2.0,
+        standoff: job.tool.standoff(),
+        azimuth: job.tool.azimuth(),
+        tool_ball: job.tool.ball(),
         part: [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]],
         acceleration: 0.5,
         purpose,

@@ -16,6 +16,8 @@ pub mod syntax;
 mod values;
 
 use super::findings::Findings;
+use super::replay::Frames;
+use super::trace::Trace;
 use crate::diagnostics::Problem;
 use crate::diagnostics::codes::{E1000, E1002};
 use crate::job::{Job, Krl, Robot, RobotCell};
@@ -52,13 +54,39 @@ pub fn check(
     krl: &Krl,
     robot: &Robot,
 ) -> Vec<Problem> {
+    match open(program, motion, (job, surface), krl, robot, path::check) {
+        Ok(((), findings)) => findings.into_problems(),
+        Err(problems) => problems,
+    }
+}
+
+/// The moves of `program` as the text says them; see [`crate::verify::trace`].
+pub fn trace(
+    program: &Program,
+    motion: &Motion,
+    (job, surface): (&Job, &dyn Surface),
+    krl: &Krl,
+    robot: &Robot,
+) -> Result<Trace, Vec<Problem>> {
+    match open(program, motion, (job, surface), krl, robot, path::trace)? {
+        (trace, findings) if findings.count == 0 => Ok(trace),
+        (_, findings) => Err(findings.into_problems()),
+    }
+}
+
+/// Reads the files, compares the main program with the job, and hands the sub-programs to `follow`.
+fn open<T>(
+    program: &Program,
+    motion: &Motion,
+    (job, surface): (&Job, &dyn Surface),
+    krl: &Krl,
+    robot: &Robot,
+    follow: impl FnOnce(&Wanted, &Frames, &[Pair], &mut Findings) -> T,
+) -> Result<(T, Findings), Vec<Problem>> {
     let Some(cell) = &robot.cell else {
-        return vec![Problem::error(E1002, "robot.cell", "the robot has no cell to compare a program with")];
+        return Err(vec![Problem::error(E1002, "robot.cell", "the robot has no cell to compare a program with")]);
     };
-    let arm = match Arm::new(robot) {
-        Ok(arm) => arm,
-        Err(problem) => return vec![problem],
-    };
+    let arm = Arm::new(robot).map_err(|problem| vec![problem])?;
     let names = Names::new(krl, motion.purpose);
     let digest = crate::target::krl::digest(motion, job);
     let wanted = Wanted { motion, job, surface, krl, cell, arm, names, digest };
@@ -71,12 +99,12 @@ pub fn check(
         }
         Some(Pair { source: source.ok()?, data: data.ok()? })
     };
-    let Some(main) = pair(&wanted.names.module, &mut findings) else { return findings.into_problems() };
+    let Some(main) = pair(&wanted.names.module, &mut findings) else { return Err(findings.into_problems()) };
     let (source, data) = match (reader::read_source(&main.source.bytes), reader::read_data(&main.data.bytes)) {
         (Ok(source), Ok(data)) => (source, data),
         (source, data) => {
             let faults = [source.err().map(|fault| (main.source, fault)), data.err().map(|fault| (main.data, fault))];
-            return faults.into_iter().flatten().map(|(file, fault)| unreadable(file, &fault)).collect();
+            return Err(faults.into_iter().flatten().map(|(file, fault)| unreadable(file, &fault)).collect());
         }
     };
     // As many sub-programs as are called, or as are given: what is missing on one side is then found on the other.
@@ -102,12 +130,12 @@ pub fn check(
         }
     }
     if findings.count > 0 {
-        return findings.into_problems();
+        return Err(findings.into_problems());
     }
     // The main program first: the moves are replayed with the tool and the base that it declares.
     let frames = main_program::check(&wanted, main, &source, &data, parts, &mut findings);
-    path::check(&wanted, &frames, &pairs, &mut findings);
-    findings.into_problems()
+    let followed = follow(&wanted, &frames, &pairs, &mut findings);
+    Ok((followed, findings))
 }
 
 fn missing_file(wanted: &Wanted, name: &str) -> Problem {

@@ -22,6 +22,7 @@ use crate::verify::align::{self, Met};
 use crate::verify::findings::{Difference, Findings, at};
 use crate::verify::planned::{self, Planned, line_of, millimetres, runs_in};
 use crate::verify::replay::{CONFIGURATION_TOLERANCE, Frames, Replay, angle_between_directions, shortest};
+use crate::verify::trace::{Arrival, Trace};
 use nalgebra::{Translation3, Vector3};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -42,9 +43,34 @@ const SPEED_SHARE: f64 = 6e-7;
 
 /// Compares all sub-programs with the plan.
 pub fn check(wanted: &Wanted, frames: &Frames, pairs: &[Pair], findings: &mut Findings) {
+    each_sub_program(wanted, frames, pairs, findings, |part, line, runs, resolved, findings| {
+        let planned = Planned::of_runs(wanted.motion, runs);
+        part.moves(&planned, resolved, line, findings);
+    });
+}
+
+/// The moves of all sub-programs, as the text says them.
+pub fn trace(wanted: &Wanted, frames: &Frames, pairs: &[Pair], findings: &mut Findings) -> Trace {
+    let mut trace = Trace::default();
+    each_sub_program(wanted, frames, pairs, findings, |part, _, _, resolved, findings| part.trace(resolved, findings))
+        .into_iter()
+        .for_each(|part| trace.append(part));
+    trace
+}
+
+/// Reads every sub-program, compares what in it is no move, and lets `see` look at its moves, beside the line where its
+/// routine begins. What `see` says comes in the order of the sub-programs.
+fn each_sub_program<T: Send + Default>(
+    wanted: &Wanted,
+    frames: &Frames,
+    pairs: &[Pair],
+    findings: &mut Findings,
+    see: impl Fn(&SubProgram, u32, Range<usize>, &[Resolved], &mut Findings) -> T + Sync,
+) -> Vec<T> {
     let replay = Replay::new(wanted.motion, wanted.job, wanted.cell, &wanted.arm, frames);
     let count = wanted.motion.runs.len();
     let mut next_run = 0;
+    let mut seen = Vec::with_capacity(pairs.len());
     for (window, part) in pairs.chunks(WINDOW).enumerate() {
         let first = window * WINDOW;
         let sources: Vec<Result<Source, Problem>> = part
@@ -59,24 +85,32 @@ pub fn check(wanted: &Wanted, frames: &Frames, pairs: &[Pair], findings: &mut Fi
             runs.push(next_run..end);
             next_run = end;
         }
-        let found: Vec<Findings> = sources
+        let found: Vec<(T, Findings)> = sources
             .into_par_iter()
             .enumerate()
             .map(|(k, source)| {
                 let mut found = Findings::default();
+                let mut said = T::default();
                 match source {
                     Ok(source) => {
                         let part =
                             SubProgram { wanted, replay: &replay, files: part[k], index: first + k, source: &source };
-                        part.check(runs[k].clone(), &mut found);
+                        let runs = runs[k].clone();
+                        part.read(runs.start, &mut found, |line, resolved, found| {
+                            said = see(&part, line, runs, resolved, found);
+                        });
                     }
                     Err(problem) => found.add(|| problem),
                 }
-                found
+                (said, found)
             })
             .collect();
-        found.into_iter().for_each(|found| findings.join(found));
+        for (said, found) in found {
+            seen.push(said);
+            findings.join(found);
+        }
     }
+    seen
 }
 
 /// All moves of a file, joint moves included.
@@ -116,7 +150,9 @@ struct SubProgram<'a> {
 }
 
 impl SubProgram<'_> {
-    fn check(&self, runs: Range<usize>, findings: &mut Findings) {
+    /// Compares all that is no move with the job and the plan, and hands over the moves and the line where the routine
+    /// begins. `run` is the first run that the file holds.
+    fn read(&self, run: usize, findings: &mut Findings, then: impl FnOnce(u32, &[Resolved], &mut Findings)) {
         let file = &self.files.source.name;
         let names = &self.wanted.names;
         let name = names.sub_program(self.index);
@@ -140,7 +176,7 @@ impl SubProgram<'_> {
             steps: self.before_the_path(&name),
         };
         main_program::heading(file, routine, &want, findings);
-        self.data(scope, runs.start, findings);
+        self.data(scope, run, findings);
 
         // Setting the speed is part of the moves: the reader followed it.
         let of_the_path = |statement: &Statement| match &statement.what {
@@ -167,8 +203,35 @@ impl SubProgram<'_> {
                 Err(what) => return findings.add(|| at(file, statement.line, E1001, "target", what)),
             }
         }
-        let planned = Planned::of_runs(self.wanted.motion, runs);
-        self.moves(&planned, &resolved, routine.line, findings);
+        then(routine.line, &resolved, findings);
+    }
+
+    /// The moves as the text says them. Whatever leaves their speed open is a finding.
+    fn trace(&self, found: &[Resolved], findings: &mut Findings) -> Trace {
+        let mut trace = Trace::default();
+        for one in found {
+            match &one.goal {
+                ResolvedGoal::Joints(joints) => {
+                    let tool = self.replay.tool_of_joints(&joints.map(f64::to_radians));
+                    trace.push(&tool, 0.0, Arrival::Joints);
+                }
+                ResolvedGoal::Place { pose, kind, closes, speed, .. } => {
+                    let speed = speed.map_or(f64::NAN, f64::from);
+                    if !(speed > 0.0 && speed.is_finite()) {
+                        let what = "the move has no speed of its own above 0".to_string();
+                        findings.add(|| at(&self.files.source.name, one.line, E1008, "dwell.feed", what));
+                    }
+                    let arrival = match kind {
+                        Kind::Lin | Kind::Slin => Arrival::Stopping,
+                        Kind::LinRounded => Arrival::Passing,
+                        Kind::BlockSlin | Kind::Spl if *closes => Arrival::Stopping,
+                        Kind::BlockSlin | Kind::Spl => Arrival::Passing,
+                    };
+                    trace.push(&self.replay.tool(pose), speed, arrival);
+                }
+            }
+        }
+        trace
     }
 
     /// The data of the file: where it begins, and perhaps literals.

@@ -3,10 +3,11 @@
 //! In: the job and the plan. Out: routines, each a list of steps with the reason for it. This is the statement of what a
 //! program is, apart from the emitter: where the two differ, nothing is written to disk.
 
+use super::super::facts;
 use super::Wanted;
 use super::statements::Step;
 use crate::diagnostics::codes::{E1002, E1003, E1008, E1010, E1011, E1012};
-use crate::job::{KrlFrames, Level, LineMotion, Process, Tool, WheelRotation};
+use crate::job::{KrlFrames, Level, LineMotion, Process};
 use crate::motion::Purpose;
 
 /// Share of the mass by which the controller's may differ with `frames: on_controller`: the same number, typed with at
@@ -339,13 +340,7 @@ fn operator_facts(wanted: &Wanted) -> Vec<(String, &'static str)> {
         facts.push((shown, "workpiece.part"));
         shown = rest;
     }
-    let Tool::mrf_wheel(wheel) = &wanted.job.tool;
-    let sense = match wheel.rotation {
-        WheelRotation::forward => "wheel forward: fluid along +x of tool",
-        WheelRotation::reverse => "wheel reverse: fluid along -x of tool",
-    };
-    facts.push((sense.into(), "tool.rotation"));
-    facts.push((format!("wheel at {:.3} rpm", wheel.speed.0 * 30.0 / std::f64::consts::PI), "tool.speed"));
+    facts.extend(facts::of_tool(&wanted.job.tool));
     facts
 }
 

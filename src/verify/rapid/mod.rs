@@ -16,6 +16,8 @@ pub mod syntax;
 mod values;
 
 use super::findings::{Findings, at};
+use super::replay::Frames;
+use super::trace::Trace;
 use crate::diagnostics::Problem;
 use crate::diagnostics::codes::{E1000, E1002};
 use crate::job::{Job, Rapid, Robot, RobotCell};
@@ -39,13 +41,39 @@ struct Wanted<'a> {
 
 /// What differs between `program` and the plan; see [`crate::verify::check`].
 pub fn check(program: &Program, motion: &Motion, job: &Job, rapid: &Rapid, robot: &Robot) -> Vec<Problem> {
+    match open(program, motion, job, rapid, robot, path::check) {
+        Ok(((), findings)) => findings.into_problems(),
+        Err(problems) => problems,
+    }
+}
+
+/// The moves of `program` as the text says them; see [`crate::verify::trace`].
+pub fn trace(
+    program: &Program,
+    motion: &Motion,
+    job: &Job,
+    rapid: &Rapid,
+    robot: &Robot,
+) -> Result<Trace, Vec<Problem>> {
+    match open(program, motion, job, rapid, robot, path::trace)? {
+        (trace, findings) if findings.count == 0 => Ok(trace),
+        (_, findings) => Err(findings.into_problems()),
+    }
+}
+
+/// Reads the files, compares the main module with the job, and hands the modules of the path to `follow`.
+fn open<T>(
+    program: &Program,
+    motion: &Motion,
+    job: &Job,
+    rapid: &Rapid,
+    robot: &Robot,
+    follow: impl FnOnce(&Wanted, &Module, &Frames, &[&ProgramFile], &mut Findings) -> T,
+) -> Result<(T, Findings), Vec<Problem>> {
     let Some(cell) = &robot.cell else {
-        return vec![Problem::error(E1002, "robot.cell", "the robot has no cell to compare a program with")];
+        return Err(vec![Problem::error(E1002, "robot.cell", "the robot has no cell to compare a program with")]);
     };
-    let arm = match Arm::new(robot) {
-        Ok(arm) => arm,
-        Err(problem) => return vec![problem],
-    };
+    let arm = Arm::new(robot).map_err(|problem| vec![problem])?;
     let names = Names::new(rapid, motion.purpose);
     let digest = crate::target::rapid::digest(motion, job);
     let wanted = Wanted { motion, job, rapid, robot, cell, arm, names, digest };
@@ -55,12 +83,9 @@ pub fn check(program: &Program, motion: &Motion, job: &Job, rapid: &Rapid, robot
         program.files.iter().find(|file| file.name.eq_ignore_ascii_case(&name))
     };
     let Some(main_file) = file(&wanted.names.module) else {
-        return vec![missing_file(&wanted, &wanted.names.module)];
+        return Err(vec![missing_file(&wanted, &wanted.names.module)]);
     };
-    let main = match reader::read(&main_file.bytes) {
-        Ok(module) => module,
-        Err(fault) => return vec![unreadable(main_file, &fault)],
-    };
+    let main = reader::read(&main_file.bytes).map_err(|fault| vec![unreadable(main_file, &fault)])?;
     // As many modules as are called, or as are given: what is missing on one side is then found on the other.
     let calls = |routine: &syntax::Routine| {
         routine.body.iter().filter(|statement| matches!(statement.what, syntax::What::LateCall(_))).count()
@@ -85,12 +110,12 @@ pub fn check(program: &Program, motion: &Motion, job: &Job, rapid: &Rapid, robot
         }
     }
     if findings.count > 0 {
-        return findings.into_problems();
+        return Err(findings.into_problems());
     }
     // The main module first: the moves are replayed with the tool and the work object that it declares.
     let frames = main_module::check(&wanted, &main_file.name, &main, chunks, &mut findings);
-    path::check(&wanted, &main, &frames, &files, &mut findings);
-    findings.into_problems()
+    let followed = follow(&wanted, &main, &frames, &files, &mut findings);
+    Ok((followed, findings))
 }
 
 /// Reads the modules of the path in parallel, in order.

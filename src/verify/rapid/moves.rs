@@ -170,16 +170,31 @@ pub fn zone(scope: Scope, found: &str, wanted: &str) -> Option<Difference> {
     })
 }
 
+/// Whether the tool comes to rest in a zone; `None` for one that this compiler does not know.
+pub fn stops(scope: Scope, zone: &str) -> Option<bool> {
+    zone_values(scope, zone).and_then(|values| values.first().map(|stop| *stop == 1.0))
+}
+
 /// Speed, in mm/s and deg/s, against the planned one in m/s, which is rounded as the target writes it.
 pub fn speed(wanted: &Wanted, found: [f32; 4], planned: f64) -> Option<Difference> {
     let controller = &wanted.rapid.controller;
     let power = libm::pow(10.0, controller.speed_decimals as f64);
     let rounded = |value: f64| (value * power).round() / power;
     let planned = rounded(planned * 1e3);
-    let orientation = rounded(controller.orientation_speed.0 * (180.0 / std::f64::consts::PI));
     let found = found.map(f64::from);
+    if !same_number(found[0], planned) {
+        let what = format!("has the speed {} mm/s where {planned} mm/s is planned", shortest(found[0]));
+        return Some(differs(E1008, "dwell.feed", what));
+    }
+    other_speeds(wanted, found)
+}
+
+/// The three speeds beside the one along the path, in deg/s, mm/s, deg/s, against those that every move has.
+pub fn other_speeds(wanted: &Wanted, found: [f64; 4]) -> Option<Difference> {
+    let controller = &wanted.rapid.controller;
+    let power = libm::pow(10.0, controller.speed_decimals as f64);
+    let orientation = (controller.orientation_speed.0 * (180.0 / std::f64::consts::PI) * power).round() / power;
     for (found, planned, what, unit, field) in [
-        (found[0], planned, "speed", "mm/s", "dwell.feed"),
         (found[1], orientation, "orientation speed", "deg/s", "target.controller.orientation_speed"),
         (found[2], 5000.0, "speed of linear external axes", "mm/s", "target.controller"),
         (found[3], 1000.0, "speed of rotating external axes", "deg/s", "target.controller"),

@@ -10,7 +10,7 @@ use super::statements::{Around, Step, compare};
 use super::syntax::{Data, Module, Robtarget, Statement, What};
 use super::values::{Scope, shape};
 use super::{Findings, Wanted, at, read_all};
-use crate::diagnostics::codes::{E1001, E1002, E1003, E1006, E1007, E1008, E1009, E1013};
+use crate::diagnostics::codes::{E1001, E1002, E1003, E1004, E1006, E1007, E1008, E1009, E1013};
 use crate::job::Zone;
 use crate::motion::configuration::confdata;
 use crate::motion::{Joints, Purpose, Transform, Travel};
@@ -19,6 +19,7 @@ use crate::verify::align::{self, Met};
 use crate::verify::findings::Difference;
 use crate::verify::planned::{self, Planned, runs_in};
 use crate::verify::replay::{Frames, Replay};
+use crate::verify::trace::{Arrival, Trace};
 use nalgebra::{Quaternion, Translation3, UnitQuaternion};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -28,9 +29,43 @@ const WINDOW: usize = 32;
 
 /// Compares all chunk modules with the plan.
 pub fn check(wanted: &Wanted, main: &Module, frames: &Frames, files: &[&ProgramFile], findings: &mut Findings) {
+    each_chunk(wanted, main, frames, files, findings, |chunk, scope, runs, resolved, findings| {
+        let planned = Planned::of_runs(wanted.motion, runs);
+        chunk.moves(scope, &planned, resolved, findings);
+    });
+}
+
+/// The moves of all chunk modules, as the text says them.
+pub fn trace(
+    wanted: &Wanted,
+    main: &Module,
+    frames: &Frames,
+    files: &[&ProgramFile],
+    findings: &mut Findings,
+) -> Trace {
+    let mut trace = Trace::default();
+    each_chunk(wanted, main, frames, files, findings, |chunk, scope, _, resolved, findings| {
+        chunk.trace(scope, resolved, findings)
+    })
+    .into_iter()
+    .for_each(|part| trace.append(part));
+    trace
+}
+
+/// Reads every chunk module, compares what in it is no move, and lets `see` look at its moves. What `see` says comes in
+/// the order of the modules.
+fn each_chunk<T: Send + Default>(
+    wanted: &Wanted,
+    main: &Module,
+    frames: &Frames,
+    files: &[&ProgramFile],
+    findings: &mut Findings,
+    see: impl Fn(&Chunk, Scope, Range<usize>, &[Resolved], &mut Findings) -> T + Sync,
+) -> Vec<T> {
     let replay = Replay::new(wanted.motion, wanted.job, wanted.cell, &wanted.arm, frames);
     let count = wanted.motion.runs.len();
     let mut next_run = 0;
+    let mut seen = Vec::with_capacity(files.len());
     for (window, part) in files.chunks(WINDOW).enumerate() {
         let first = window * WINDOW;
         let modules = read_all(part);
@@ -42,11 +77,12 @@ pub fn check(wanted: &Wanted, main: &Module, frames: &Frames, files: &[&ProgramF
             runs.push(next_run..end);
             next_run = end;
         }
-        let found: Vec<Findings> = modules
+        let found: Vec<(T, Findings)> = modules
             .into_par_iter()
             .enumerate()
             .map(|(k, module)| {
                 let mut found = Findings::default();
+                let mut said = T::default();
                 match module {
                     Ok(module) => {
                         let data = [module.data.as_slice(), main.data.as_slice()];
@@ -58,15 +94,22 @@ pub fn check(wanted: &Wanted, main: &Module, frames: &Frames, files: &[&ProgramF
                             module: &module,
                             main,
                         };
-                        chunk.check(&data, runs[k].clone(), &mut found);
+                        let runs = runs[k].clone();
+                        chunk.read(&data, runs.start, &mut found, |scope, resolved, found| {
+                            said = see(&chunk, scope, runs, resolved, found);
+                        });
                     }
                     Err(problem) => found.add(|| problem),
                 }
-                found
+                (said, found)
             })
             .collect();
-        found.into_iter().for_each(|found| findings.join(found));
+        for (said, found) in found {
+            seen.push(said);
+            findings.join(found);
+        }
     }
+    seen
 }
 
 /// The pose of a target in the text's object frame.
@@ -88,7 +131,15 @@ struct Chunk<'a> {
 }
 
 impl Chunk<'_> {
-    fn check(&self, data: &[&[Data]], runs: Range<usize>, findings: &mut Findings) {
+    /// Compares all that is no move with the job and the plan, and hands over the moves. `run` is the first run that the
+    /// module holds.
+    fn read(
+        &self,
+        data: &[&[Data]],
+        run: usize,
+        findings: &mut Findings,
+        then: impl FnOnce(Scope, &[Resolved], &mut Findings),
+    ) {
         let names = &self.wanted.names;
         let (name, routine_name) = (names.chunk_module(self.index), names.chunk_routine(self.index));
         if !self.module.name.eq_ignore_ascii_case(&name) {
@@ -119,8 +170,8 @@ impl Chunk<'_> {
         // Only what the module itself declares: data of the main module are those of another build where it matters.
         let own_levels: [&[Data]; 2] = [&routine.data, &self.module.data];
         let own = Scope { levels: &own_levels };
-        self.start(own, runs.start, findings);
-        self.before_the_path(own, runs.start, routine.line, &routine.body, &others, findings);
+        self.start(own, run, findings);
+        self.before_the_path(own, run, routine.line, &routine.body, &others, findings);
 
         let mut resolved: Vec<Resolved> = Vec::with_capacity(self.module.moves.len());
         for statement in &routine.body {
@@ -134,8 +185,55 @@ impl Chunk<'_> {
                 }
             }
         }
-        let planned = Planned::of_runs(self.wanted.motion, runs);
-        self.moves(scope, &planned, &resolved, findings);
+        then(scope, &resolved, findings);
+    }
+
+    /// The moves as the text says them. Whatever leaves their place or speed open is a finding.
+    fn trace(&self, scope: Scope, found: &[Resolved], findings: &mut Findings) -> Trace {
+        let mut trace = Trace::default();
+        for one in found {
+            let mut report = |difference: Difference| {
+                let Difference { code, field, what } = difference;
+                findings.add(|| at(self.file, one.line, code, field, format!("the move {what}")));
+            };
+            moves::names(self.wanted, one).into_iter().for_each(&mut report);
+            match &one.goal {
+                ResolvedGoal::Joints(joints) => {
+                    let joints = std::array::from_fn(|j| f64::from(joints[j]).to_radians());
+                    trace.push(&self.replay.tool_of_joints(&joints), 0.0, Arrival::Joints);
+                }
+                ResolvedGoal::Linear(target) => {
+                    moves::other_speeds(self.wanted, one.speed.map(f64::from)).into_iter().for_each(&mut report);
+                    if let Err(what) = moves::unit_length(target.quaternion.map(f64::from)) {
+                        report(Difference {
+                            code: E1007,
+                            field: "path",
+                            what: format!("turns by no rotation: {what}"),
+                        });
+                    }
+                    if one.time.is_some() {
+                        let what = "has a time where it must have a speed".to_string();
+                        report(Difference { code: E1008, field: "dwell", what });
+                    }
+                    let speed = f64::from(one.speed[0]) * 1e-3;
+                    if !(speed > 0.0 && speed.is_finite()) {
+                        let what = format!("has the speed {} mm/s", one.speed[0]);
+                        report(Difference { code: E1008, field: "dwell.feed", what });
+                    }
+                    let arrival = match moves::stops(scope, one.zone) {
+                        Some(true) => Arrival::Stopping,
+                        Some(false) => Arrival::Passing,
+                        None => {
+                            let what = format!("has the zone `{}`, which this compiler does not know", one.zone);
+                            report(Difference { code: E1004, field: "target.zone", what });
+                            Arrival::Passing
+                        }
+                    };
+                    trace.push(&self.replay.tool(&pose_of(target)), speed, arrival);
+                }
+            }
+        }
+        trace
     }
 
     /// The constant that says where the module begins, unless that is at home.

@@ -36,6 +36,11 @@ const FRINGE_TERMS: usize = 36;
 /// Most coefficients: all polynomials up to the highest order.
 const MOST_TERMS: usize = ((HIGHEST_ORDER + 1) * (HIGHEST_ORDER + 2) / 2) as usize;
 
+/// Most polynomials that an order has here.
+pub fn most_terms(order: ZernikeOrder) -> usize {
+    if order == ZernikeOrder::fringe { FRINGE_TERMS } else { MOST_TERMS }
+}
+
 /// The polynomial with the number `index`, counted from 0 whatever the order's own first number is.
 pub fn term(order: ZernikeOrder, index: usize) -> Term {
     let index = index as u32;
@@ -194,7 +199,7 @@ pub struct Freeform {
 impl Freeform {
     pub fn new(job: &job::Zernike, base: Box<dyn Surface>) -> Result<Freeform, Problem> {
         let radius = positive("radius", job.radius.0)?;
-        let most = if job.order == ZernikeOrder::fringe { FRINGE_TERMS } else { MOST_TERMS };
+        let most = most_terms(job.order);
         if job.coefficients.is_empty() || job.coefficients.len() > most {
             let message = format!("the form has {} coefficients; its order has 1 to {most}", job.coefficients.len());
             return Err(Problem::error(codes::E0602, "coefficients", message)

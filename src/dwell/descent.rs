@@ -1,0 +1,380 @@
+//! Descent: the times that bring what is removed nearest to what is wanted.
+//!
+//! In: a linear operator H, wanted depths with an [objective](super::objective), and a [`Domain`]: the times that may be. Out:
+//! `min over t in the domain and c of F(H t - b - c) + λ sum t`.
+//!
+//! Method: projected descent along straight ways inside the domain, with the non-monotone line search of E. G. Birgin, J. M.
+//! Martínez, M. Raydan, "Nonmonotone spectral projected gradient methods on convex sets", SIAM J. Optim. 10, 2000 (algorithm
+//! SPG2). The domain chooses the way: [`Bounds`](super::bounds) by a quasi-Newton step, [`Followable`](super::followable) by the
+//! spectral (Barzilai-Borwein) step. The depths change linearly on a way between bounds, so that a step costs one product with H and
+//! one with its transpose. c is eliminated: for given t the best one is known in closed form.
+
+use super::objective::{Trial, Wanted, dot, sum};
+
+/// A linear map from times to depths. It may keep room to work in.
+pub trait LinearOperator {
+    fn unknowns(&self) -> usize;
+    fn rows(&self) -> usize;
+    /// `depths = H times`.
+    fn forward(&mut self, times: &[f64], depths: &mut [f64]);
+    /// `times = H' depths`, the exact transpose.
+    fn transpose(&mut self, depths: &[f64], times: &mut [f64]);
+}
+
+/// The times that may be, and the present ones among them.
+pub trait Domain {
+    /// The present times.
+    fn times(&self) -> &[f64];
+    /// How stiff each time is beside the others, about: the second derivative of the objective over it alone, up to a common
+    /// factor. Empty where all are alike.
+    fn stiffness(&self) -> &[f64];
+    /// Looks for a way down, where the objective has this `gradient` over the times; `step` is the inverse of its
+    /// curvature on the last way, beside the stiffness. The slope along the whole way: negative, or zero where there is none.
+    fn aim(&mut self, gradient: &[f64], step: f64) -> f64;
+    /// The times after the part `length` of the way.
+    fn at(&self, length: f64, times: &mut [f64]);
+    /// Goes so far; `turned` is by how much the gradient changed on the way.
+    fn go(&mut self, length: f64, turned: &[f64]);
+    /// Whether times change evenly along the way.
+    fn is_straight(&self) -> bool;
+    /// The present times are the best so far.
+    fn keep(&mut self);
+    /// Goes back to the best.
+    fn take_best(&mut self);
+    /// Another one at the same place.
+    fn fork(&self) -> Box<dyn Domain + '_>;
+    /// Goes the part `length` of the way to where the other domain is, whose [place](Domain::place) it can reach straight.
+    fn towards(&mut self, place: &[f64], length: f64);
+    /// The unknowns in which ways are straight.
+    fn place(&self) -> &[f64];
+}
+
+/// When to stop.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stop {
+    pub most_iterations: usize,
+    /// Stop when ten steps together have lowered the objective by less than this part of F, or by less than a tenth of
+    /// this part of F with `elsewhere` added.
+    pub relative_decrease: f64,
+    /// F of what will be left whatever the solver does.
+    pub elsewhere: f64,
+    /// Stop when F is below this.
+    pub value: f64,
+    /// Stop when a way changes no time by more than this part of the mean time.
+    pub relative_step: f64,
+}
+
+/// Why the descent ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ended {
+    /// F is as small as was asked.
+    Reached,
+    /// No way inside the domain leads down.
+    NoWayDown,
+    /// Steps gain hardly anything any more.
+    Slow,
+    /// The iterations are used up.
+    Iterations,
+}
+
+/// What was found; the times are the domain's.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Found {
+    /// F, without the price of the time.
+    pub value: f64,
+    /// The even layer c.
+    pub base: f64,
+    pub iterations: usize,
+    pub ended: Ended,
+}
+
+/// Values of the objective that a step may exceed the last of, and steps over which progress is judged.
+const MEMORY: usize = 10;
+
+/// Descends from the domain's present times to the best that were found.
+pub fn descend(operator: &mut dyn LinearOperator, wanted: &Wanted, domain: &mut dyn Domain, stop: Stop) -> Found {
+    let (unknowns, rows) = (operator.unknowns(), operator.rows());
+    let mut times = domain.times().to_vec();
+    let mut depths = vec![0.0; rows];
+    operator.forward(&times, &mut depths);
+    let mut slopes = vec![0.0; rows];
+    let mut gradient = vec![0.0; unknowns];
+    let spent = |times: &[f64]| if wanted.price > 0.0 { wanted.price * sum(times.len(), |i| times[i]) } else { 0.0 };
+    let (mut size, mut base) = wanted.measure(Trial::here(&depths), Some(&mut slopes));
+    let mut value = size + spent(&times);
+    pull_back(operator, &slopes, wanted.price, &mut gradient);
+    domain.keep();
+    let mut best = Found { value: size, base, iterations: 0, ended: Ended::Iterations };
+    let (mut values, mut bests) = (vec![value], vec![value]);
+    let mut best_value = value;
+    let mut moved = vec![0.0; rows];
+    let mut change = vec![0.0; unknowns];
+    let mut turned = gradient.clone();
+    let stiffness = domain.stiffness().to_vec();
+    let stiff = |i: usize| stiffness.get(i).copied().unwrap_or(1.0);
+    // First step: the one that the curvature along the gradient asks for.
+    for (i, change) in change.iter_mut().enumerate() {
+        *change = gradient[i] / stiff(i);
+    }
+    operator.forward(&change, &mut moved);
+    let first = dot(&gradient, &change) / wanted.curvature(&moved, &slopes);
+    let mut step = if first.is_finite() && first > 0.0 { first } else { 1.0 };
+    let (least_step, greatest_step) = (1e-10 * step, 1e10 * step);
+
+    for iteration in 1..=stop.most_iterations {
+        if best.value <= stop.value {
+            best.ended = Ended::Reached;
+            break;
+        }
+        let slope = domain.aim(&gradient, step);
+        let mut length = 1.0;
+        way(domain, length, &times, &mut change);
+        let largest = change.iter().fold(0.0f64, |most, d| most.max(d.abs()));
+        let mean = sum(unknowns, |i| times[i]) / unknowns.max(1) as f64;
+        // No feasible way down is left (or none that a time could show). The comparison is written so that it also
+        // ends the loop if anything is not a number.
+        if !(largest > stop.relative_step * mean && slope < 0.0) {
+            best.ended = Ended::NoWayDown;
+            break;
+        }
+        operator.forward(&change, &mut moved);
+        let ceiling = values.iter().rev().take(MEMORY).fold(f64::NEG_INFINITY, |a, b| a.max(*b));
+        // Part of the way that `moved` and `change` belong to.
+        let mut known = 1.0;
+        loop {
+            let (size, _) = wanted.measure(Trial { depths: &depths, moved: &moved, length: length / known }, None);
+            let part = length / known;
+            let trial = size
+                + spent(&times)
+                + if wanted.price > 0.0 { part * wanted.price * sum(unknowns, |i| change[i]) } else { 0.0 };
+            // Sufficient decrease with the usual factor 1e-4; below 1e-10 the arithmetic itself is the obstacle.
+            if trial <= ceiling + 1e-4 * length * slope || length < 1e-10 {
+                break;
+            }
+            // The minimum of the parabola through value, slope and trial, kept inside a tenth and a half.
+            let curvature = trial - value - length * slope;
+            let minimum = -slope * length * length / (2.0 * curvature);
+            length = if minimum.is_finite() { minimum.clamp(0.1 * length, 0.5 * length) } else { 0.5 * length };
+            if !domain.is_straight() {
+                way(domain, length, &times, &mut change);
+                operator.forward(&change, &mut moved);
+                known = length;
+            }
+        }
+        let part = length / known;
+        for (depth, m) in depths.iter_mut().zip(&moved) {
+            *depth += part * m;
+        }
+        for (time, change) in times.iter_mut().zip(change.iter_mut()) {
+            *change *= part;
+            *time += *change;
+        }
+        (size, base) = wanted.measure(Trial::here(&depths), Some(&mut slopes));
+        value = size + spent(&times);
+        turned.copy_from_slice(&gradient);
+        pull_back(operator, &slopes, wanted.price, &mut gradient);
+        for (turned, gradient) in turned.iter_mut().zip(&gradient) {
+            *turned = gradient - *turned;
+        }
+        domain.go(length, &turned);
+        // Barzilai-Borwein: s's / s'y with s the move and y the change of the gradient.
+        let next = sum(unknowns, |i| stiff(i) * change[i] * change[i]) / dot(&change, &turned);
+        step = if next.is_finite() && next > 0.0 { next.clamp(least_step, greatest_step) } else { greatest_step };
+        values.push(value);
+        if value < best_value {
+            best_value = value;
+            (best.value, best.base) = (size, base);
+            domain.keep();
+        }
+        best.iterations = iteration;
+        bests.push(best_value);
+        if bests.len() > MEMORY {
+            let gained = bests[bests.len() - 1 - MEMORY] - best_value;
+            let enough = stop.relative_decrease * best.value.max(0.1 * (best.value + stop.elsewhere));
+            if gained < enough {
+                best.ended = Ended::Slow;
+                break;
+            }
+        }
+    }
+    domain.take_best();
+    best
+}
+
+/// The change of the times on the part `length` of the way.
+fn way(domain: &dyn Domain, length: f64, times: &[f64], change: &mut [f64]) {
+    domain.at(length, change);
+    for (change, time) in change.iter_mut().zip(times) {
+        *change -= time;
+    }
+}
+
+/// The gradient over the times, from the slope over the depths and the price of a second.
+fn pull_back(operator: &mut dyn LinearOperator, slopes: &[f64], price: f64, gradient: &mut [f64]) {
+    operator.transpose(slopes, gradient);
+    if price > 0.0 {
+        for gradient in gradient.iter_mut() {
+            *gradient += price;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::bounds::Bounds;
+    use super::super::objective::{Base, Objective};
+    use super::*;
+    use faer::linalg::solvers::Solve;
+    use proptest::prelude::*;
+
+    struct Dense {
+        rows: usize,
+        unknowns: usize,
+        values: Vec<f64>,
+    }
+
+    impl LinearOperator for Dense {
+        fn unknowns(&self) -> usize {
+            self.unknowns
+        }
+        fn rows(&self) -> usize {
+            self.rows
+        }
+        fn forward(&mut self, times: &[f64], depths: &mut [f64]) {
+            for (depth, row) in depths.iter_mut().zip(self.values.chunks_exact(self.unknowns)) {
+                *depth = row.iter().zip(times).map(|(h, t)| h * t).sum();
+            }
+        }
+        fn transpose(&mut self, depths: &[f64], times: &mut [f64]) {
+            times.fill(0.0);
+            for (depth, row) in depths.iter().zip(self.values.chunks_exact(self.unknowns)) {
+                for (time, h) in times.iter_mut().zip(row) {
+                    *time += h * depth;
+                }
+            }
+        }
+    }
+
+    /// Well-conditioned: random entries and a strong diagonal.
+    fn dense(rows: usize, unknowns: usize, random: &[f64]) -> Dense {
+        let values =
+            (0..rows * unknowns).map(|i| random[i] + if i / unknowns == i % unknowns { 3.0 } else { 0.0 }).collect();
+        Dense { rows, unknowns, values }
+    }
+
+    const EXACT: Stop =
+        Stop { most_iterations: 2000, relative_decrease: 0.0, elsewhere: 0.0, value: 0.0, relative_step: 1e-13 };
+
+    fn squares<'a>(depths: &'a [f64], weights: &'a [f64], base: Base) -> Wanted<'a> {
+        Wanted { depths, weights, base, objective: Objective::Squares, price: 0.0 }
+    }
+
+    /// What was found, and the times.
+    fn solve(operator: &mut Dense, wanted: &Wanted, [lower, upper]: [&[f64]; 2], start: &[f64]) -> (Found, Vec<f64>) {
+        let mut domain = Bounds::new(lower, upper, start);
+        let found = descend(operator, wanted, &mut domain, EXACT);
+        (found, domain.into_times())
+    }
+
+    const ROWS: usize = 12;
+    const UNKNOWNS: usize = 7;
+
+    proptest! {
+        // The conditions of Karush, Kuhn and Tucker are necessary and sufficient here (the problem is convex): inside its
+        // bounds a time has no slope, at the lower bound it would only rise, at the upper only fall; and the even
+        // layer balances the residual or stands at its own bound with the residual pushing outwards.
+        #[test]
+        fn the_answer_is_the_minimum(
+            random in prop::collection::vec(-1.0f64..1.0, ROWS * UNKNOWNS),
+            depths in prop::collection::vec(-3.0f64..6.0, ROWS),
+            weights in prop::collection::vec(0.0f64..1.0, ROWS),
+            lower in prop::collection::vec(-0.5f64..0.5, UNKNOWNS),
+            width in prop::collection::vec(0.0f64..2.0, UNKNOWNS),
+            free in prop::option::of(-1.0f64..1.0),
+        ) {
+            let mut operator = dense(ROWS, UNKNOWNS, &random);
+            let upper: Vec<f64> = lower.iter().zip(&width).map(|(l, w)| l + w).collect();
+            let base = free.map_or(Base::Fixed(0.25), Base::AtMost);
+            let wanted = squares(&depths, &weights, base);
+            let (found, times) = solve(&mut operator, &wanted, [&lower, &upper], &[0.0; UNKNOWNS]);
+            let mut residual = vec![0.0; ROWS];
+            operator.forward(&times, &mut residual);
+            for i in 0..ROWS {
+                residual[i] = weights[i] * (residual[i] - depths[i] - found.base);
+            }
+            let mut slope = vec![0.0; UNKNOWNS];
+            operator.transpose(&residual, &mut slope);
+            for i in 0..UNKNOWNS {
+                let (t, l, u) = (times[i], lower[i], upper[i]);
+                prop_assert!(t >= l && t <= u);
+                if t > l + 1e-9 {
+                    prop_assert!(slope[i] < 1e-6, "time {} could fall: {}", i, slope[i]);
+                }
+                if t < u - 1e-9 {
+                    prop_assert!(slope[i] > -1e-6, "time {} could rise: {}", i, slope[i]);
+                }
+            }
+            let balance: f64 = residual.iter().sum();
+            match base {
+                Base::Fixed(base) => prop_assert_eq!(found.base, base),
+                Base::AtMost(most) => {
+                    prop_assert!(found.base <= most);
+                    // A residual above zero asks for a deeper layer, which only the limit may forbid.
+                    prop_assert!(balance.abs() < 1e-9 || (found.base == most && balance > 0.0), "{} {}", balance, found.base);
+                }
+            }
+        }
+
+        // Without bounds in the way the answer is the solution of the normal equations, by faer's dense solver.
+        #[test]
+        fn without_bounds_it_is_the_dense_solution(
+            random in prop::collection::vec(-1.0f64..1.0, ROWS * UNKNOWNS),
+            depths in prop::collection::vec(-3.0f64..6.0, ROWS),
+        ) {
+            let mut operator = dense(ROWS, UNKNOWNS, &random);
+            let (lower, upper, weights) = ([-1e6; UNKNOWNS], [1e6; UNKNOWNS], [1.0; ROWS]);
+            let wanted = squares(&depths, &weights, Base::Fixed(0.0));
+            let (_, times) = solve(&mut operator, &wanted, [&lower, &upper], &[0.0; UNKNOWNS]);
+            let h = faer::Mat::from_fn(ROWS, UNKNOWNS, |i, j| operator.values[i * UNKNOWNS + j]);
+            let b = faer::Mat::from_fn(ROWS, 1, |i, _| depths[i]);
+            let expected = (h.transpose() * &h).partial_piv_lu().solve(h.transpose() * b);
+            // Random matrices of this kind have condition numbers of the normal equations up to about 1e4.
+            for i in 0..UNKNOWNS {
+                prop_assert!((times[i] - expected[(i, 0)]).abs() < 1e-6, "{} {}", times[i], expected[(i, 0)]);
+            }
+        }
+    }
+
+    #[test]
+    fn a_free_layer_takes_what_all_rows_share() {
+        // H = identity, bounds 1 .. 2, wanted -1, 0, 1. With c = 2 all three lie at 1, 2, 3: the last stops at 2. The best c
+        // moves down until the residuals balance: t = (1, c, 2) leaves 1 - c + 1, 0, 2 - c - 1, zero in sum at c = 1.5:
+        // t = (1, 1.5, 2), residuals 0.5, 0, -0.5.
+        let mut operator = Dense { rows: 3, unknowns: 3, values: vec![1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0] };
+        let (depths, weights, lower, upper) = ([-1.0, 0.0, 1.0], [1.0; 3], [1.0; 3], [2.0; 3]);
+        let wanted = |base| squares(&depths, &weights, base);
+        let (free, times) = solve(&mut operator, &wanted(Base::AtMost(f64::INFINITY)), [&lower, &upper], &[1.0; 3]);
+        assert!((free.base - 1.5).abs() < 1e-9 && (times[1] - 1.5).abs() < 1e-9);
+        assert!((free.value - 0.25).abs() < 1e-9);
+        // Held at 1: t = (1, 1, 2), residuals 1, 0, 0.
+        let (bounded, _) = solve(&mut operator, &wanted(Base::AtMost(1.0)), [&lower, &upper], &[2.0; 3]);
+        assert!((bounded.base - 1.0).abs() < 1e-12 && (bounded.value - 0.5).abs() < 1e-9);
+    }
+
+    #[test]
+    fn nothing_to_do_ends_at_once() {
+        let mut operator = Dense { rows: 1, unknowns: 2, values: vec![0.0, 0.0] };
+        let wanted = squares(&[1.0], &[1.0], Base::Fixed(0.0));
+        let (found, times) = solve(&mut operator, &wanted, [&[0.5; 2], &[1.0; 2]], &[0.0; 2]);
+        assert_eq!((found.iterations, found.ended, times), (0, Ended::NoWayDown, vec![0.5, 0.5]));
+    }
+
+    #[test]
+    fn time_has_its_price() {
+        // H = 1, wanted 3: 1/2 (t - 3)² + 0.5 t is least at t = 2.5.
+        let mut operator = Dense { rows: 1, unknowns: 1, values: vec![1.0] };
+        let wanted = Wanted { price: 0.5, ..squares(&[3.0], &[1.0], Base::Fixed(0.0)) };
+        let (_, times) = solve(&mut operator, &wanted, [&[0.0], &[9.0]], &[1.0]);
+        assert!((times[0] - 2.5).abs() < 1e-9, "{times:?}");
+    }
+}
