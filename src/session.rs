@@ -179,7 +179,9 @@ pub fn compile(files: &dyn FileProvider, request: &Request, watch: &dyn Watch) -
             if let Err(problems) = passes.run() {
                 said.extend(problems);
             }
-            let whole_way = request.until == Until::Program && request.purpose == Purpose::Polish;
+            // Where there is nothing to polish the later passes found nothing because they did not run.
+            let planned = done.jobs.iter().all(|planned| planned.nothing().is_none());
+            let whole_way = request.until == Until::Program && request.purpose == Purpose::Polish && planned;
             if whole_way && !said.iter().any(|problem| problem.severity == Severity::Error) {
                 said.extend(planned.required_nothing());
             }
