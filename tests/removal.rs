@@ -253,7 +253,7 @@ fn strategies() -> [String; 6] {
         format!("hilbert {{ {area}, point_step: 1 mm, line_pitch: 3 mm, direction: 10 deg }}"),
         format!("pseudo_random {{ {area}, point_step: 1.1 mm, line_pitch: 3 mm, seed: 5, landing: {LANDING} }}"),
         format!(
-            "raster {{ {area}, point_step: 3 mm, line_pitch: 3 mm, lines: serpentine, passes: [pass {{}}, pass {{ turn: 90 deg, shift: 1.5 mm }}] }}"
+            "raster {{ {area}, point_step: 2.5 mm, line_pitch: 3 mm, lines: serpentine, passes: [pass {{}}, pass {{ turn: 90 deg, shift: 1.5 mm }}] }}"
         ),
     ]
 }

@@ -127,6 +127,8 @@ impl Solver<'_> {
         }
         let (segments, limits) = (self.segments, self.limits);
         let mut domain = Followable::new(segments, limits, &limited.speeds).with_stiffness(self.stiffness);
+        // The way down is bent there, and its steps are smaller.
+        let stop = Stop { relative_decrease: 0.25 * stop.relative_decrease, ..stop };
         let ended = self.descend_by_aim(depths, &mut domain, stop);
         let (speeds, times) = (domain.speeds(), domain.times().to_vec());
         self.rounds += 1;
