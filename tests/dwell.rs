@@ -283,7 +283,7 @@ fn the_shortest_run_leaves_what_it_may() {
     let mut times = vec![best.time];
     for factor in [1.5, 3.0, 6.0] {
         let asked = factor * best.rms;
-        run.dwell.objective = Objective::time(LeastTime { rms: Length(asked) });
+        run.dwell.objective = Objective::time(TimeObjective { rms: Length(asked) });
         let found = run.good().figures;
         // Never more than asked, by the prediction; nor much less.
         assert!(found.rms <= asked && found.rms > 0.9 * asked, "{factor}: {} {asked}", found.rms);
@@ -291,13 +291,13 @@ fn the_shortest_run_leaves_what_it_may() {
         times.push(found.time);
     }
     // What no run leaves is refused, with what one does.
-    run.dwell.objective = Objective::time(LeastTime { rms: Length(0.5 * best.rms) });
+    run.dwell.objective = Objective::time(TimeObjective { rms: Length(0.5 * best.rms) });
     let problem = run.refused();
     assert_eq!(problem.code, E0711);
     let nm: f64 =
         problem.help.as_deref().unwrap_or("").split(' ').find_map(|word| word.parse().ok()).expect("a number");
     assert!(nm * 1e-9 >= best.rms * 0.98 && nm * 1e-9 < 1.1 * best.rms + 2e-12, "{nm} {}", best.rms);
-    run.dwell.objective = Objective::time(LeastTime { rms: Length(nm * 1.02e-9) });
+    run.dwell.objective = Objective::time(TimeObjective { rms: Length(nm * 1.02e-9) });
     run.good();
 }
 

@@ -115,6 +115,7 @@ fn patch(
         })
         .collect();
     let mut depths = vec![0.0; window.len()];
+    let mut weights = vec![0.0; footprint.parts()];
     each_stamp(timed, footprint, footprint.radius, limits, window, |Place { from, to, t, share }, time| {
         let (a, b) = (points.position(from), points.position(to));
         let length = libm::hypot(libm::hypot(b[0] - a[0], b[1] - a[1]), b[2] - a[2]);
@@ -127,11 +128,14 @@ fn patch(
         for k in 0..finer {
             let t = t + ((k as f64 + 0.5) / finer as f64 - 0.5) * share;
             let contact = between(a, b, t);
+            footprint.weights(contact[0], contact[1], &mut weights);
             for (i, depth) in depths.iter_mut().enumerate() {
                 let [x, y] = window.position(i);
                 let d = [x - contact[0], y - contact[1], heights[i] - contact[2]];
                 let along = |axis: [f64; 3]| axis[0] * d[0] + axis[1] * d[1] + axis[2] * d[2];
-                *depth += time / finer as f64 * footprint.rate(along(u), along(v));
+                let (u, v) = (along(u), along(v));
+                let rate: f64 = weights.iter().enumerate().map(|(part, w)| w * footprint.rate_of(part, u, v)).sum();
+                *depth += time / finer as f64 * rate;
             }
         }
     });
