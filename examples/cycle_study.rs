@@ -154,7 +154,7 @@ fn campaign(case: &Case, seed: u64) -> String {
     let landing = json!({"speed": 1.0, "reach": 0.0, "stand": 0.0});
     let spiral = json!({"spiral": {
         "over": {"circle": {"diameter": 0.196, "centre": null}}, "point_step": 2e-3, "line_pitch": 2e-3, "start": "outside",
-        "hand": "anticlockwise", "direction": 0.0, "chord_error": 1e-5, "holes": null, "landing": landing, "passes": null
+        "hand": "counterclockwise", "direction": 0.0, "chord_error": 1e-5, "holes": null, "landing": landing, "passes": null
     }});
     let mut cycle = 0;
     let (mut spirals, mut minutes) = (Vec::new(), Vec::new());
@@ -352,10 +352,8 @@ fn driven(mut timed: TimedPath, case: &Case, seed: u64) -> TimedPath {
     // Along the path: an autoregressive error with a correlation length of 10 mm.
     let mut along = normal.at(2);
     let mut draw = 100;
-    let mut feed = 0.0;
-    for line in &timed.path.lines {
+    for line in timed.path.lines.iter().filter(|line| line.points.len() > 1) {
         let mut before = timed.speed[line.points.start + 1];
-        feed = if feed > 0.0 { feed } else { before };
         for i in line.points.start + 1..line.points.end {
             let length = (points.x[i] - points.x[i - 1]).hypot(points.y[i] - points.y[i - 1]);
             let keep = (-length / 10e-3).exp();

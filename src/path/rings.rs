@@ -99,7 +99,7 @@ mod tests {
             point_step: Length(step_mm * 1e-3),
             line_pitch: Length(pitch_mm * 1e-3),
             start,
-            hand: Hand::anticlockwise,
+            hand: Hand::counterclockwise,
             direction: Angle(0.3),
             chord_error: Length(1e-5),
             holes: None,
