@@ -13,7 +13,7 @@ use polishc::dwell::solver::STOP;
 use polishc::dwell::{Footprint, SpeedSteps, Task, pareto, predict, solve};
 use polishc::height_map::Grid;
 use polishc::job::{
-    self, Annulus, Aperture, Circle, Corrective, Empty, FreePiston, LeastTime, Lines, Path, Piston, Plane, Raster,
+    self, Annulus, Aperture, Circle, Corrective, Empty, FreePiston, Lines, Path, Piston, Plane, Raster, TimeObjective,
 };
 use polishc::path::{self, Setting, ToolPath};
 use polishc::tool::{InfluenceField, InfluenceFunction};
@@ -170,7 +170,7 @@ fn whole_pass_pv(bencher: divan::Bencher) {
 /// The whole pass for the least time that leaves 2 nm.
 #[divan::bench(sample_count = 5)]
 fn whole_pass_time(bencher: divan::Bencher) {
-    let dwell = corrective(job::Objective::time(LeastTime { rms: Length(2e-9) }));
+    let dwell = corrective(job::Objective::time(TimeObjective { rms: Length(2e-9) }));
     let example = Example { dwell, ..example() };
     bencher.bench_local(|| solve(task(&example), &mut Vec::new()).expect("a solved run"));
 }

@@ -154,7 +154,7 @@ fn campaign(case: &Case, seed: u64) -> String {
     let landing = json!({"speed": 1.0, "reach": 0.0, "stand": 0.0});
     let spiral = json!({"spiral": {
         "over": {"circle": {"diameter": 0.196, "centre": null}}, "point_step": 2e-3, "line_pitch": 2e-3, "start": "outside",
-        "hand": "anticlockwise", "direction": 0.0, "chord_error": 1e-5, "holes": null, "landing": landing, "passes": null
+        "hand": "counterclockwise", "direction": 0.0, "chord_error": 1e-5, "holes": null, "landing": landing, "passes": null
     }});
     let mut cycle = 0;
     let (mut spirals, mut minutes) = (Vec::new(), Vec::new());

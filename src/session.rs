@@ -201,7 +201,9 @@ pub fn compile(files: &dyn FileProvider, request: &Request, watch: &dyn Watch) -
         done.jobs.push(planned);
     }
     let finished = !done.diagnostics.iter().any(|d| d.severity == Severity::Error) && request.job.is_none();
-    let whole_way = request.until == Until::Program && request.purpose == Purpose::Polish;
+    // Where there is nothing to polish the later passes found nothing because they did not run.
+    let all_passes = done.jobs.iter().all(|planned| planned.nothing().is_none());
+    let whole_way = request.until == Until::Program && request.purpose == Purpose::Polish && all_passes;
     allow::silence(&mut done.diagnostics, &compiled.allows, |allow| {
         // A library is used by other jobs too, in which the passes may find what they do not find in this one.
         let ours = done.sources.name(allow.span.file) == request.path;

@@ -275,22 +275,15 @@ fn waves(x: f64, y: f64) -> f64 {
 }
 
 #[test]
-fn the_least_peak_to_valley_is_smaller_than_that_of_the_least_rms() {
-    let mut run = run(map(0.4e-3, waves));
-    let rms = run.good().figures;
-    run.dwell.objective = Objective::pv(Empty {});
-    let pv = run.good().figures;
-    assert!(pv.pv < 0.9 * rms.pv && pv.rms > rms.rms, "{pv:?} {rms:?}");
-}
-
-#[test]
 fn the_shortest_run_leaves_what_it_may() {
-    let mut run = run(map(0.4e-3, waves));
+    // Waves of 3 mm, which a spot of 2 mm sigma cannot follow, stay: 2.5 nm RMS.
+    let fine = |x: f64, y: f64| bump(x, y) + 5e-9 * (x * 2000.0).sin() * (y * 2000.0).sin();
+    let mut run = run(map(0.4e-3, fine));
     let best = run.good().figures;
     let mut times = vec![best.time];
     for factor in [1.5, 3.0, 6.0] {
         let asked = factor * best.rms;
-        run.dwell.objective = Objective::time(LeastTime { rms: Length(asked) });
+        run.dwell.objective = Objective::time(TimeObjective { rms: Length(asked) });
         let found = run.good().figures;
         // Never more than asked, by the prediction; nor much less.
         assert!(found.rms <= asked && found.rms > 0.9 * asked, "{factor}: {} {asked}", found.rms);
@@ -298,13 +291,13 @@ fn the_shortest_run_leaves_what_it_may() {
         times.push(found.time);
     }
     // What no run leaves is refused, with what one does.
-    run.dwell.objective = Objective::time(LeastTime { rms: Length(0.5 * best.rms) });
+    run.dwell.objective = Objective::time(TimeObjective { rms: Length(0.5 * best.rms) });
     let problem = run.refused();
     assert_eq!(problem.code, E0711);
     let nm: f64 =
         problem.help.as_deref().unwrap_or("").split(' ').find_map(|word| word.parse().ok()).expect("a number");
     assert!(nm * 1e-9 >= best.rms * 0.98 && nm * 1e-9 < 1.1 * best.rms + 2e-12, "{nm} {}", best.rms);
-    run.dwell.objective = Objective::time(LeastTime { rms: Length(nm * 1.02e-9) });
+    run.dwell.objective = Objective::time(TimeObjective { rms: Length(nm * 1.02e-9) });
     run.good();
 }
 
@@ -314,10 +307,11 @@ fn the_table_of_choices_goes_from_the_least_residual_to_the_least_time() {
     let best = run.good().figures;
     let rows = pareto(&run.task(), &mut Vec::new()).expect("a table");
     assert!(rows.len() >= 4, "{rows:?}");
-    assert!((rows[0].rms / best.solver_rms - 1.0).abs() < 0.05, "{rows:?} {}", best.solver_rms);
+    assert!(rows[0].rms < 0.02 * best.before_rms, "{rows:?}");
     for pair in rows.windows(2) {
-        assert!(pair[1].time < pair[0].time && pair[1].rms > 0.999 * pair[0].rms, "{rows:?}");
+        assert!(pair[1].time < pair[0].time && pair[1].rms > 0.9 * rows[0].rms, "{rows:?}");
     }
+    assert!(rows[rows.len() - 1].rms > 2.0 * rows[0].rms, "{rows:?}");
     assert!(rows[rows.len() - 1].time < 0.9 * rows[0].time, "{rows:?}");
 }
 

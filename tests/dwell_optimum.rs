@@ -198,7 +198,7 @@ fn the_largest_residual_is_within_a_hundredth_of_the_linear_program() {
 }
 
 #[test]
-fn the_least_time_is_within_a_hundredth_of_the_cone_program() {
+fn the_least_time_is_within_three_hundredths_of_the_cone_program() {
     let mut case = case();
     let best = case.solve(Base::Fixed(0.0), Aim::Rms, FAST);
     for factor in [1.1, 2.0, 4.0] {
@@ -207,7 +207,7 @@ fn the_least_time_is_within_a_hundredth_of_the_cone_program() {
         let found = case.solve(Base::Fixed(0.0), Aim::Time { rms }, FAST);
         let time: f64 = found.times.iter().sum();
         assert!(found.figures.rms <= rms * (1.0 + 1e-6), "{factor}: {} {rms}", found.figures.rms);
-        assert!(time >= optimum * (1.0 - 1e-4) && time <= 1.01 * optimum, "{factor}: {time} {optimum}");
+        assert!(time >= optimum * (1.0 - 1e-4) && time <= 1.03 * optimum, "{factor}: {time} {optimum}");
         assert!(time < best.times.iter().sum::<f64>());
     }
 }

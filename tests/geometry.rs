@@ -396,10 +396,19 @@ fn spiral([x, y]: [f64; 2]) -> f64 {
     off.min(2.0 - off)
 }
 
-/// Circles of 1, 3, 5 … mm, or on the way from one to the next: the direction 0 deg, over less than a step before it.
+/// Circles of 1, 3, 5 … mm; and the ways over from one to the next. Clockwise from inside: a ring of radius r in n steps, n =
+/// 2 pi r / 1.5 rounded up, at least 8, comes back to the direction 0 deg from above; m of its steps make up a pitch, m = 2
+/// over the step rounded up, at most n / 2. In these the radius grows evenly.
 fn rings([x, y]: [f64; 2]) -> f64 {
-    let off = (x.hypot(y) - 1.0).rem_euclid(2.0);
-    off.min(2.0 - off)
+    let radius = x.hypot(y);
+    let beside = (radius - 1.0).rem_euclid(2.0);
+    let on_a_ring = beside.min(2.0 - beside);
+    let inner = 1.0 + 2.0 * ((radius - 1.0) / 2.0).floor().max(0.0);
+    let n = (TAU * inner / 1.5).ceil().max(8.0);
+    let m = (2.0 / (TAU * inner / n)).ceil().min((n / 2.0).floor());
+    let left = y.atan2(x).rem_euclid(TAU) / (TAU / n);
+    let over = if left <= m { (radius - (inner + 2.0 * (1.0 - left / m))).abs() } else { f64::INFINITY };
+    on_a_ring.min(over)
 }
 
 /// Through the middles of squares of 3 mm, or on a quarter circle about a corner of them.

@@ -492,14 +492,14 @@ fn refusals_say_what_would_pass() {
     says(&problem, "point_step: 2.5 mm");
     plan(&RegionAdaptive { point_step: Length(0.0025), ..job() }, &c);
 
-    // A disc of seven hexagons, and a window of 23 nodes.
+    // A disc of seven hexagons, and a window of eleven nodes to each side.
     let dot = grid(|x, y| if x.hypot(y) < 0.003 { 60e-9 } else { 0.0 });
     let smoothed =
         |smoothing: f64| RegionAdaptive { smoothing, lift: JobLift::fixed(FixedLift { height: Length(0.0) }), ..job() };
     let problem = refused(&smoothed(4.0), &dot);
     assert_eq!(problem.code, codes::E0684);
-    says(&problem, "smoothing: 1.33");
-    plan(&smoothed(1.33), &dot);
+    says(&problem, "smoothing: 2.66");
+    plan(&smoothed(2.66), &dot);
 
     let strict = RegionAdaptive { turn_limit: Angle(20f64.to_radians()), ..job() };
     let problem = refused(&strict, &c);

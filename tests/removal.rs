@@ -245,15 +245,15 @@ fn strategies() -> [String; 6] {
             "spiral {{ {area}, point_step: 1.5 mm, line_pitch: 2 mm, start: outside, hand: clockwise, landing: {LANDING} }}"
         ),
         format!(
-            "spiral {{ {area}, point_step: 2 mm, line_pitch: 3 mm, start: inside, hand: anticlockwise, direction: 70 deg, landing: {LANDING} }}"
+            "spiral {{ {area}, point_step: 2 mm, line_pitch: 3 mm, start: inside, hand: counterclockwise, direction: 70 deg, landing: {LANDING} }}"
         ),
         format!(
-            "rings {{ {area}, point_step: 2 mm, line_pitch: 2.5 mm, start: outside, hand: anticlockwise, landing: {LANDING} }}"
+            "rings {{ {area}, point_step: 2 mm, line_pitch: 2.5 mm, start: outside, hand: counterclockwise, landing: {LANDING} }}"
         ),
         format!("hilbert {{ {area}, point_step: 1 mm, line_pitch: 3 mm, direction: 10 deg }}"),
         format!("pseudo_random {{ {area}, point_step: 1.1 mm, line_pitch: 3 mm, seed: 5, landing: {LANDING} }}"),
         format!(
-            "raster {{ {area}, point_step: 3 mm, line_pitch: 3 mm, lines: serpentine, passes: [pass {{}}, pass {{ turn: 90 deg, shift: 1.5 mm }}] }}"
+            "raster {{ {area}, point_step: 2.5 mm, line_pitch: 3 mm, lines: serpentine, passes: [pass {{}}, pass {{ turn: 90 deg, shift: 1.5 mm }}] }}"
         ),
     ]
 }

@@ -113,7 +113,8 @@ pub fn project(x: &mut [f64], weights: &[f64], low: f64, high: &[f64], reach: &[
         x[i] = cost.at;
     }
     for i in (1..n).rev() {
-        x[i - 1] = x[i - 1].max(x[i] - reach[i]).min(x[i] + reach[i]);
+        // The bounds again, for rounding alone.
+        x[i - 1] = x[i - 1].max(x[i] - reach[i]).min(x[i] + reach[i]).max(low).min(high[i - 1]);
     }
 }
 

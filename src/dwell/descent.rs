@@ -53,7 +53,9 @@ pub trait Domain {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stop {
     pub most_iterations: usize,
-    /// Stop when ten steps together have lowered the objective by less than this part of F, or by less than a tenth of
+    /// Steps over which progress is judged.
+    pub over: usize,
+    /// Stop when so many steps together have lowered the objective by less than this part of F, or by less than a tenth of
     /// this part of F with `elsewhere` added.
     pub relative_decrease: f64,
     /// F of what will be left whatever the solver does.
@@ -88,7 +90,7 @@ pub struct Found {
     pub ended: Ended,
 }
 
-/// Values of the objective that a step may exceed the last of, and steps over which progress is judged.
+/// Values of the objective that a step may exceed the last of.
 const MEMORY: usize = 10;
 
 /// Descends from the domain's present times to the best that were found.
@@ -188,8 +190,8 @@ pub fn descend(operator: &mut dyn LinearOperator, wanted: &Wanted, domain: &mut 
         }
         best.iterations = iteration;
         bests.push(best_value);
-        if bests.len() > MEMORY {
-            let gained = bests[bests.len() - 1 - MEMORY] - best_value;
+        if bests.len() > stop.over {
+            let gained = bests[bests.len() - 1 - stop.over] - best_value;
             let enough = stop.relative_decrease * best.value.max(0.1 * (best.value + stop.elsewhere));
             if gained < enough {
                 best.ended = Ended::Slow;
@@ -262,8 +264,14 @@ mod tests {
         Dense { rows, unknowns, values }
     }
 
-    const EXACT: Stop =
-        Stop { most_iterations: 2000, relative_decrease: 0.0, elsewhere: 0.0, value: 0.0, relative_step: 1e-13 };
+    const EXACT: Stop = Stop {
+        most_iterations: 2000,
+        over: 10,
+        relative_decrease: 0.0,
+        elsewhere: 0.0,
+        value: 0.0,
+        relative_step: 1e-13,
+    };
 
     fn squares<'a>(depths: &'a [f64], weights: &'a [f64], base: Base) -> Wanted<'a> {
         Wanted { depths, weights, base, objective: Objective::Squares, price: 0.0 }

@@ -19,8 +19,8 @@ const SLACK: f64 = 0.003;
 /// Of the squares beyond the largest residual in the second stage: as stiff as leaves the descent a way.
 const STIFFNESS: f64 = 3e4;
 
-/// Descends from the domain's present times. `found.value` is the largest residual.
-pub fn minimise(
+/// The first stage. `found.value` is the largest residual.
+pub fn sharpen(
     operator: &mut dyn LinearOperator,
     wanted: &Wanted,
     domain: &mut dyn Domain,
@@ -39,6 +39,19 @@ pub fn minimise(
         let found = descent::descend(operator, &Wanted { objective, price: 0.0, ..*wanted }, domain, stop);
         (iterations, ended) = (iterations + found.iterations, found.ended);
     }
+    let figures = wanted.figures(operator, domain.times());
+    Found { value: figures.largest, base: figures.middle, iterations, ended }
+}
+
+/// Both stages, from the domain's present times. `found.value` is the largest residual.
+pub fn minimise(
+    operator: &mut dyn LinearOperator,
+    wanted: &Wanted,
+    domain: &mut dyn Domain,
+    sharpening: &[f64],
+    stop: Stop,
+) -> Found {
+    let Found { mut iterations, ended, .. } = sharpen(operator, wanted, domain, sharpening, stop);
     let first = wanted.figures(operator, domain.times());
     // The layer of the first stage stays, so that the largest residual does.
     let objective = Objective::SquaresWithin { most: first.largest, stiffness: STIFFNESS };

@@ -2,7 +2,7 @@
 //!
 //! In: a [`Task`], whose objective is not looked at. Out: rows of a table from the least residual to the least time worth having. Each
 //! row minimises `1/2 sum w r² + λ sum t` with another price λ of a second, starting from the row before; the residuals are the
-//! solver's own, for speeds that the arm can follow, not rounded and not predicted on the map's own pixels.
+//! solver's own, before the arm's acceleration, not rounded and not predicted on the map's own pixels.
 
 use super::plan::{Task, prepare};
 use super::solver::{MOST_ITERATIONS, Solver};
@@ -54,11 +54,11 @@ pub fn pareto(task: &Task, warnings: &mut Vec<Problem>) -> Result<Vec<Choice>, P
 }
 
 impl Solver<'_> {
-    /// The run at a price of a second, and its times before the arm's limits.
+    /// The run at a price of a second, and its times.
     fn at_price(&mut self, depths: &[f64], start: &[f64], price: f64, steps: usize) -> (Choice, Vec<f64>) {
-        let (free, times) = self.priced(depths, start, price, steps);
+        let times = self.priced(depths, start, price, steps);
         let figures = self.figures(depths, &times);
         let time = times.iter().sum();
-        (Choice { time, rms: figures.rms, pv: figures.pv, base: figures.base }, free)
+        (Choice { time, rms: figures.rms, pv: figures.pv, base: figures.base }, times)
     }
 }

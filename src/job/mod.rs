@@ -173,12 +173,12 @@ pub enum Objective {
     /// The least residual, peak to valley.
     pv(Empty),
     /// The shortest run whose residual is small enough.
-    time(LeastTime),
+    time(TimeObjective),
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct LeastTime {
+pub struct TimeObjective {
     /// Most that may be left of what this run is to take off, root mean square.
     pub rms: Length,
 }

@@ -109,7 +109,7 @@ pub enum Start {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Hand {
     clockwise,
-    anticlockwise,
+    counterclockwise,
 }
 
 /// Hilbert's curve on squares of side `line_pitch`, as far as it lies in `over`.

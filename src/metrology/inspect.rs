@@ -18,7 +18,7 @@ pub enum Inspection {
     Profile(ProfileFacts),
 }
 
-/// Facts of one height map. Lengths are rounded to what can be meant: figures to 0.001 nm, pixels to 0.000001 mm.
+/// Facts of one height map. Numbers are rounded to what can be meant: heights to 0.001 nm, pixels to six digits.
 /// RMS is about the mean over valid pixels; "detilted" is without the least-squares plane of the valid pixels.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct MapFacts {
@@ -89,7 +89,7 @@ fn map_facts(raw: &RawMap, unit: Option<f64>, pixel: Option<f64>, blake3: String
         format: raw.format.name(),
         rows: raw.rows,
         columns: raw.columns,
-        pixel_mm: pixel.map(|side| rounded(side * 1e3, 1e6)),
+        pixel_mm: pixel.map(|side| six_digits(side * 1e3)),
         valid: figures.count,
         invalid: grid.values.len() - figures.count,
         wavelength_nm: raw.wavelength.map(nanometres),
@@ -116,7 +116,7 @@ fn profile_facts(
     Ok(ProfileFacts {
         kind: "profile",
         format: profile.format.name(),
-        length_mm: rounded(length * 1e3, 1e6),
+        length_mm: six_digits(length * 1e3),
         valid: figures.count,
         invalid: heights.len() - figures.count,
         pv_nm: nanometres(figures.pv),
@@ -150,6 +150,11 @@ fn without_line(positions: &[f64], heights: &[f64]) -> Option<Vec<f64>> {
 fn nanometres(metres: f64) -> f64 {
     // Adding zero turns -0.0 into 0.0.
     rounded(metres * 1e9, 1e3) + 0.0
+}
+
+/// Six digits, wherever the point stands: pixels are measured from tenths of a micrometre to centimetres.
+fn six_digits(value: f64) -> f64 {
+    format!("{value:.5e}").parse().unwrap_or(value)
 }
 
 /// To the nearest whole number of `1 / per_unit`.

@@ -5,8 +5,8 @@
 //!
 //! Points are spread evenly on each ring, in the `direction` of the job the first: as many as keep them `point_step` apart,
 //! and no more than 45 degrees about the centre ([`round::TURN`]). As many steps before a ring closes as make up a pitch, the
-//! tool goes straight over to the first point of the next ring, so that it turns by no more than about 45 degrees; only the
-//! last ring is closed. All rings begin in the same direction: along it the line is up to √2 as dense as elsewhere, over a
+//! tool goes over to the first point of the next ring, evenly in as many steps, so that it turns by no more than about 45
+//! degrees; only the last ring is closed. All rings begin in the same direction: along it the line is up to √2 as dense as elsewhere, over a
 //! width of a pitch, and the solved dwell allows for it.
 
 use super::round::{self, Ring};
@@ -72,8 +72,14 @@ impl Strategy for Rings {
             let count = (TAU * radius / step).ceil().max(least) as usize;
             let closed = k + 1 == radii.len();
             let over = (pitch / (TAU * radius / count as f64)).ceil() as usize;
-            let end = if closed { count + 1 } else { count + 1 - over.min(count / 2) };
-            places.extend((0..end).map(|i| ring.place(*radius, way * TAU * i as f64 / count as f64)));
+            let over = if closed { 0 } else { over.min(count / 2) };
+            places.extend((0..=count - over).map(|i| ring.place(*radius, way * TAU * i as f64 / count as f64)));
+            // The last point of the way over is the next ring's first.
+            let next = radii.get(k + 1).unwrap_or(radius);
+            places.extend((1..over).map(|i| {
+                let (t, turn) = (i as f64 / over as f64, (count - over + i) as f64 / count as f64);
+                ring.place(radius + t * (next - radius), way * TAU * turn)
+            }));
         }
         let lines = vec![Line { points: 0..places.len(), link: Link::Lifted }];
         Ok(Laid { places, lines, ..Laid::default() })
@@ -93,7 +99,7 @@ mod tests {
             point_step: Length(step_mm * 1e-3),
             line_pitch: Length(pitch_mm * 1e-3),
             start,
-            hand: Hand::anticlockwise,
+            hand: Hand::counterclockwise,
             direction: Angle(0.3),
             chord_error: Length(1e-5),
             holes: None,
@@ -107,13 +113,13 @@ mod tests {
     }
 
     /// Radius 5, pitch 2: rings of 1, 3 and 5 mm. Points 1 mm apart at most: 8 (by 45 degrees), 19 and 32 a ring. A pitch is 3,
-    /// 3 and 3 steps (2 / 0.785, 2 / 0.992, 2 / 0.982 rounded up): 6, 17 and 33 points.
+    /// 3 and 3 steps (2 / 0.785, 2 / 0.992, 2 / 0.982 rounded up): 6, 17 and 33 points, and two on each way over.
     #[test]
     fn rings_are_where_they_belong() {
         let path = planned(&rings(circle(10.0), 1.0, 2.0, Start::inside));
-        assert_eq!(path.points.len(), 6 + 17 + 33);
+        assert_eq!(path.points.len(), 6 + 2 + 17 + 2 + 33);
         let radius = |i: usize| libm::hypot(path.points.x[i], path.points.y[i]) * 1e3;
-        for (range, wanted) in [(0..6, 1.0), (6..23, 3.0), (23..56, 5.0)] {
+        for (range, wanted) in [(0..6, 1.0), (8..25, 3.0), (27..60, 5.0)] {
             assert!(range.clone().all(|i| (radius(i) - wanted).abs() < 1e-12), "{wanted}");
             // Each begins in the direction of the job, and runs from +x towards +y.
             let [x, y, _] = path.points.position(range.start);
@@ -121,8 +127,10 @@ mod tests {
             let [nx, ny, _] = path.points.position(range.start + 1);
             assert!(x * ny - y * nx > 0.0);
         }
+        // On the way over the radius grows evenly.
+        assert!((radius(6) - 5.0 / 3.0).abs() < 1e-12 && (radius(26) - 13.0 / 3.0).abs() < 1e-12);
         // The last one is closed.
-        assert!((path.points.x[55] - path.points.x[23]).abs() < 1e-15);
+        assert!((path.points.x[59] - path.points.x[27]).abs() < 1e-15);
         let inwards = planned(&rings(circle(10.0), 1.0, 2.0, Start::outside));
         let [x, y, _] = inwards.points.position(0);
         let [nx, ny, _] = inwards.points.position(1);
@@ -135,10 +143,13 @@ mod tests {
         moved.passes = Some(vec![Pass { turn: Angle(0.0), shift: Length(1.5e-3) }]);
         let path = planned(&moved);
         // 1 + 1.5 = 2.5 is 0.5 a pitch farther in: 0.5, 2.5, 4.5.
-        let mut radii: Vec<i64> = (0..path.points.len())
-            .map(|i| (libm::hypot(path.points.x[i], path.points.y[i]) * 1e6).round() as i64)
-            .collect();
-        radii.dedup();
+        // Points on the ways over have radii of their own.
+        let mut radii = std::collections::BTreeMap::new();
+        for i in 0..path.points.len() {
+            let radius = (libm::hypot(path.points.x[i], path.points.y[i]) * 1e6).round() as i64;
+            *radii.entry(radius).or_insert(0) += 1;
+        }
+        let radii: Vec<i64> = radii.into_iter().filter(|(_, count)| *count > 1).map(|(radius, _)| radius).collect();
         assert_eq!(radii, [500, 2500, 4500]);
     }
 

@@ -44,7 +44,7 @@ impl Ring {
         };
         // Inwards the same way round is travelled backwards.
         let inwards = start == Start::outside;
-        let sign = if (hand == Hand::anticlockwise) == inwards { -1.0 } else { 1.0 };
+        let sign = if (hand == Hand::counterclockwise) == inwards { -1.0 } else { 1.0 };
         Ok(Ring { centre: over.centre(), inner, outer, sign, direction: direction + pass.turn.0 })
     }
 

@@ -133,7 +133,7 @@ mod tests {
     #[test]
     fn inside_out_is_the_other_hand_backwards() {
         let a = planned(&spiral(circle(30.0), 0.8, 1.0, Start::outside, Hand::clockwise));
-        let b = planned(&spiral(circle(30.0), 0.8, 1.0, Start::inside, Hand::anticlockwise));
+        let b = planned(&spiral(circle(30.0), 0.8, 1.0, Start::inside, Hand::counterclockwise));
         let n = a.points.len();
         assert_eq!(b.points.len(), n);
         assert!((0..n).all(|i| a.points.position(i) == b.points.position(n - 1 - i)));
@@ -142,7 +142,7 @@ mod tests {
     #[test]
     fn every_place_lies_half_a_pitch_from_the_line_and_the_line_does_not_cross_itself() {
         for (step, pitch) in [(0.5, 1.0), (2.0, 0.7)] {
-            let path = planned(&spiral(circle(30.0), step, pitch, Start::outside, Hand::anticlockwise));
+            let path = planned(&spiral(circle(30.0), step, pitch, Start::outside, Hand::counterclockwise));
             assert!(!crosses(&path));
             // Half a pitch, and what chords cut off: s²/8r, at most r (1 - cos 22.5°) with r < s / 45°.
             let cut = step * 1e-3 * (1.0 - libm::cos(PI / 8.0)) / round::TURN;
@@ -153,7 +153,7 @@ mod tests {
 
     #[test]
     fn even_feed_removes_evenly() {
-        let path = planned(&spiral(circle(40.0), 0.5, 1.0, Start::outside, Hand::anticlockwise));
+        let path = planned(&spiral(circle(40.0), 0.5, 1.0, Start::outside, Hand::counterclockwise));
         // The spiral is longer than its turns, by the integral of (√(1 + θ²) - θ) p/2π, weighed by the Gaussian: 0.27 mm at the
         // centre, of the 2πσ²/p = 14.1 mm that all turns come to.
         let spread = unevenness(&path, 1.5e-3, |x, y| libm::hypot(x, y) < 13e-3);
@@ -166,7 +166,7 @@ mod tests {
     fn a_ring_is_left_at_its_hole() {
         let ring =
             Aperture::annulus(Annulus { outer_diameter: Length(0.04), inner_diameter: Length(0.01), centre: None });
-        let path = planned(&spiral(ring, 0.5, 1.0, Start::inside, Hand::anticlockwise));
+        let path = planned(&spiral(ring, 0.5, 1.0, Start::inside, Hand::counterclockwise));
         let [x, y, _] = path.points.position(0);
         assert!((r_of(x, y) - 5e-3).abs() < 1e-15);
         assert!((0..path.points.len()).all(|i| r_of(path.points.x[i], path.points.y[i]) >= 5e-3 - 1e-12));

@@ -114,15 +114,18 @@ impl EdgeContact {
 mod tests {
     use super::*;
 
-    /// The pad of 5 mm on a part of 100 mm: the table of the model's page, its overhangs in mm, mean and outer pressure.
+    /// The pad of 5 mm on a part of 100 mm radius at three overhangs: the lens, and the outer pressure by sums of 20,000 chords in
+    /// numpy. (The table of the model's page has 0.947, 0.855, 0.801 and 1.26, 1.80, 2.20.)
     #[test]
     fn pressures_are_those_of_the_table() {
         let contact = EdgeContact { radius: 5e-3, outline: 0.1 };
-        for (overhang, share, outer) in [(1e-3, 0.947, 1.26), (2e-3, 0.855, 1.80), (2.5e-3, 0.801, 2.20)] {
+        for (overhang, share, outer) in
+            [(1e-3, 0.946_774, 1.259_52), (2e-3, 0.854_842, 1.795_70), (2.5e-3, 0.800_987, 2.193_92)]
+        {
             let inside = 5e-3 - overhang;
-            assert!((contact.share(inside) - share).abs() < 6e-4, "{overhang}");
+            assert!((contact.share(inside) - share).abs() < 1e-6, "{overhang}");
             let EdgePressure { even, slope } = contact.linear(inside);
-            assert!((even + slope * inside - outer).abs() < 6e-3, "{overhang}: {}", even + slope * inside);
+            assert!((even + slope * inside - outer).abs() < 1e-4, "{overhang}: {}", even + slope * inside);
         }
         assert!((contact.tipping_overhang() / 5e-3 - 0.522).abs() < 6e-4, "{}", contact.tipping_overhang());
     }
@@ -154,11 +157,12 @@ mod tests {
     }
 
     #[test]
-    fn a_round_outline_without_end_is_straight() {
+    fn a_wide_round_outline_is_nearly_straight() {
+        // Under a pad of 5 mm an outline of 10 m bends by a micrometre: a part in several thousand of the contact.
         let (round, straight) =
-            (EdgeContact { radius: 5e-3, outline: 1e3 }, EdgeContact { radius: 5e-3, outline: f64::INFINITY });
+            (EdgeContact { radius: 5e-3, outline: 10.0 }, EdgeContact { radius: 5e-3, outline: f64::INFINITY });
         for inside in [-4e-3, -1e-3, 0.0, 2e-3, 4.9e-3] {
-            assert!((round.share(inside) - straight.share(inside)).abs() < 1e-5, "{inside}");
+            assert!((round.share(inside) - straight.share(inside)).abs() < 5e-4, "{inside}");
         }
         assert_eq!((straight.share(6e-3), straight.share(-6e-3)), (1.0, 0.0));
     }

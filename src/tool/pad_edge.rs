@@ -280,6 +280,17 @@ mod tests {
             edge.weights(stands[0], stands[1], azimuth, &mut weights);
             let peak = parts[0].rate(1e-3, 0.0);
             let factor = 1e-13 * 30.0 / (PI * 25e-6);
+            // Each phase: its angle, where the pad's middle is, and the pressure there.
+            let count = 3600;
+            let phases: Vec<(f64, [f64; 2], EdgePressure)> = (0..count)
+                .map(|p| {
+                    let phase = TAU * (f64::from(p) + 0.5) / f64::from(count);
+                    let middle = [4e-3 * phase.cos(), 4e-3 * phase.sin()];
+                    let inside = 0.1 - (stands[0] + middle[0]).hypot(stands[1] + middle[1]);
+                    let linear = model == EdgeModel::linear;
+                    (phase, middle, if linear { contact.linear(inside) } else { contact.area(inside) })
+                })
+                .collect();
             let (mut found_volume, mut expected_volume, mut worst) = (0.0_f64, 0.0_f64, 0.0_f64);
             for i in -8..=8 {
                 for j in -8..=8 {
@@ -289,20 +300,13 @@ mod tests {
                     }
                     let [x, y] = part_to_tool(dx, dy, azimuth);
                     let found: f64 = parts.iter().zip(&weights).map(|(part, weight)| weight * part.rate(x, y)).sum();
-                    let phases = 3600;
                     let mut expected = 0.0;
-                    for p in 0..phases {
-                        let phase = TAU * (f64::from(p) + 0.5) / f64::from(phases);
-                        let (cx, cy) = (4e-3 * phase.cos(), 4e-3 * phase.sin());
-                        if (dx - cx).hypot(dy - cy) >= 5e-3 {
-                            continue;
+                    for (phase, [cx, cy], EdgePressure { even, slope }) in &phases {
+                        if (dx - cx).hypot(dy - cy) < 5e-3 {
+                            let outwards = (dx - cx) * direction.cos() + (dy - cy) * direction.sin();
+                            let speed = motion.speed(dx.hypot(dy), phase - dy.atan2(dx));
+                            expected += factor * speed * (even + slope * outwards) / f64::from(count);
                         }
-                        let inside = 0.1 - (stands[0] + cx).hypot(stands[1] + cy);
-                        let EdgePressure { even, slope } =
-                            if model == EdgeModel::linear { contact.linear(inside) } else { contact.area(inside) };
-                        let outwards = (dx - cx) * direction.cos() + (dy - cy) * direction.sin();
-                        let speed = motion.speed(dx.hypot(dy), phase - dy.atan2(dx));
-                        expected += factor * speed * (even + slope * outwards) / f64::from(phases);
                     }
                     worst = worst.max((found - expected).abs() / peak);
                     found_volume += found;

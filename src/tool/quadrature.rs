@@ -3,6 +3,7 @@
 //! In: a function, a range. Out: its integral. Everything by `libm` and sums in a fixed order.
 
 use std::f64::consts::PI;
+use std::sync::OnceLock;
 
 /// Nodes on -1..1 and weights of the Gauss-Legendre rule with this many nodes.
 const NODES: usize = 64;
@@ -10,8 +11,11 @@ const NODES: usize = 64;
 /// The rule, made once for as many integrals as are asked of it.
 pub(super) struct Quadrature {
     /// Node and weight.
-    rule: Vec<[f64; 2]>,
+    rule: &'static [[f64; 2]],
 }
+
+/// Made once: a pad near an edge asks for it a hundred thousand times.
+static RULE: OnceLock<Vec<[f64; 2]>> = OnceLock::new();
 
 impl Quadrature {
     pub fn new() -> Quadrature {
@@ -31,7 +35,7 @@ impl Quadrature {
             }
             [x, 2.0 / ((1.0 - x * x) * slope * slope)]
         };
-        Quadrature { rule: (0..NODES).map(node).collect() }
+        Quadrature { rule: RULE.get_or_init(|| (0..NODES).map(node).collect()) }
     }
 
     /// The integral from `low` to `high` of a function that is smooth inside and may have a kink or a root at the ends: the
@@ -39,7 +43,7 @@ impl Quadrature {
     pub fn integrate(&self, low: f64, high: f64, mut value: impl FnMut(f64) -> f64) -> f64 {
         let width = high - low;
         let mut sum = 0.0;
-        for [node, weight] in &self.rule {
+        for [node, weight] in self.rule {
             let t = 0.5 * (node + 1.0);
             let sine = libm::sin(0.5 * PI * t);
             sum += 0.25 * PI * weight * libm::sin(PI * t) * value(low + width * sine * sine);

@@ -156,7 +156,7 @@ fn dense(input: &Value) -> Result<Dense, String> {
 }
 
 const EXACT: Stop =
-    Stop { most_iterations: 1000, relative_decrease: 0.0, elsewhere: 0.0, value: 0.0, relative_step: 1e-13 };
+    Stop { most_iterations: 1000, over: 10, relative_decrease: 0.0, elsewhere: 0.0, value: 0.0, relative_step: 1e-13 };
 
 fn bounded_ls(input: &Value) -> Result<Value, String> {
     let mut operator = dense(input)?;
@@ -200,7 +200,7 @@ fn minimax(input: &Value) -> Result<Value, String> {
     descent::descend(&mut operator, &wanted, &mut domain, EXACT);
     // The value itself to 1e-8 asks for a far sharper stand-in than a run does.
     let sharpening: Vec<f64> = (0..16).map(|k| 5.0 * 4.0f64.powi(k)).collect();
-    let found = largest::minimise(&mut operator, &wanted, &mut domain, &sharpening, EXACT);
+    let found = largest::sharpen(&mut operator, &wanted, &mut domain, &sharpening, EXACT);
     Ok(json!({ "max_abs_delta_nm": found.value }))
 }
 

@@ -1,5 +1,5 @@
 #![allow(clippy::disallowed_methods, reason = "tests may use the platform's mathematics")]
-//! fk, ik_all, ik_all_turns, tool_pose, matrix_to_quat_abc, abb_confdata, kuka_status_turn, robtarget_from_joints: millimetres and degrees
+//! fk, ik_all_turns, tool_pose, matrix_to_quat_abc, abb_confdata, kuka_status_turn, robtarget_from_joints: millimetres and degrees
 //! outside, SI inside.
 
 use nalgebra::{Translation3, UnitQuaternion, Vector3};
@@ -21,7 +21,6 @@ pub fn run(function: &str, input: &Value, expected: &Value, document: &Value) ->
         "kuka_status_turn" => kuka_status_turn,
         "robtarget_from_joints" => robtarget_from_joints,
         "tool_pose" => tool_pose,
-        "ik_all" => ik_all,
         _ => return None,
     };
     Some(answer(input, expected, document))
@@ -140,71 +139,6 @@ fn tool_pose(input: &Value, expected: &Value, _: &Value) -> Result<Value, String
         "abc_deg": abc_deg(&matrix, &expected["abc_deg"])?,
         "shaft_dir": ([0, 1, 2].map(|i| -matrix[i][2])),
         "contact_radius_mm": circle.radius * 1e3,
-    }))
-}
-
-/// All solutions for a bonnet on a conic, in the order of the expected ones.
-fn ik_all(input: &Value, expected: &Value, document: &Value) -> Result<Value, String> {
-    let arm = arm(input, document)?;
-    let number = |value: &Value| value.as_f64().ok_or("not a number");
-    let (c, k) = (number(&input["surface"]["C_per_mm"])? * 1e3, number(&input["surface"]["k"])?);
-    let (x, y) = (number(&input["x"])? * 1e-3, number(&input["y"])? * 1e-3);
-    let root = (1.0 - (1.0 + k) * c * c * (x * x + y * y)).sqrt();
-    let (sag, slope) = (c * (x * x + y * y) / (1.0 + root), c / root);
-    let length = (1.0 + slope * slope * (x * x + y * y)).sqrt();
-    let normal = [-slope * x / length, -slope * y / length, 1.0 / length];
-    let placed = |value: &Value| -> Result<Transform, String> {
-        let [x, y, z] = numbers(&value["pos"])?.map(|mm: f64| mm * 1e-3);
-        let [w, i, j, k] = numbers(&value["quat"])?;
-        let rotation = UnitQuaternion::new_normalize(nalgebra::Quaternion::new(w, i, j, k));
-        Ok(Transform::from_parts(Translation3::new(x, y, z), rotation))
-    };
-    let tool = leaning(input, [x, y, sag], normal)?;
-    let flange = placed(&input["T_base_wobj"])? * tool * placed(&input["tool"])?.inverse();
-    let branches = arm.inverse(&flange);
-    let solutions = branches.iter().map(|solution| -> Result<(usize, Value), String> {
-        let flags = solution.branch;
-        let of_branch = |wanted: &&Value| {
-            [
-                (&wanted["behind"], flags.behind_axis_1),
-                (&wanted["elbow_behind"], flags.behind_lower_arm),
-                (&wanted["wrist_neg"], flags.wrist_negative),
-            ]
-            .iter()
-            .all(|(value, flag)| **value == json!(u8::from(*flag)))
-        };
-        let wanted =
-            expected["solutions"].as_array().and_then(|all| all.iter().find(of_branch)).ok_or("no such one")?;
-        let wanted_joints: [f64; 6] = numbers(&wanted["joints_deg"])?;
-        // Half a turn is written with either sign; the quarters of confdata are counted from the written one.
-        let mut joints = solution.joints.map(f64::to_degrees);
-        for (joint, wanted) in joints.iter_mut().zip(wanted_joints) {
-            if (*joint - wanted).abs() > 359.0 {
-                *joint += 360.0_f64.copysign(wanted - *joint);
-            }
-            let quarter = (*joint / 90.0).round() * 90.0;
-            if (*joint - quarter).abs() < 1e-9 {
-                *joint = quarter;
-            }
-        }
-        Ok((
-            flags.number(),
-            json!({
-                "joints_deg": joints,
-                "behind": u8::from(flags.behind_axis_1),
-                "elbow_behind": u8::from(flags.behind_lower_arm),
-                "wrist_neg": u8::from(flags.wrist_negative),
-                "in_limits": arm.within(&solution.joints, 0.0),
-                "confdata": configuration::confdata(&arm, &joints.map(f64::to_radians)),
-            }),
-        ))
-    });
-    let mut solutions: Vec<(usize, Value)> = solutions.collect::<Result<_, String>>()?;
-    solutions.sort_by_key(|(number, _)| *number);
-    Ok(json!({
-        "tool0_position": position_mm(&flange),
-        "tool0_quat": same_side(frames::wxyz(&flange.rotation), &expected["tool0_quat"])?,
-        "solutions": solutions.into_iter().map(|(_, solution)| solution).collect::<Vec<_>>(),
     }))
 }
 

@@ -147,7 +147,7 @@ fn agrees(spot: &InfluenceFunction) {
 #[test]
 fn a_measured_spot_gives_back_the_rate_in_every_orientation() {
     // The tool's z points into the glass. From the tool side it points away from the eye, so x, y turn clockwise:
-    // with +y up, +x is on the left; with +x up, +y is on the right. From behind they turn anticlockwise.
+    // with +y up, +x is on the left; with +x up, +y is on the right. From behind they turn counterclockwise.
     for (view, up_word, right, up) in [
         (View::from_tool_side, Direction::plus_y, [-1.0, 0.0], [0.0, 1.0]),
         (View::from_tool_side, Direction::minus_y, [1.0, 0.0], [0.0, -1.0]),

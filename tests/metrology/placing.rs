@@ -50,10 +50,10 @@ fn a_bump_lands_where_it_stands_in_all_orientations_and_signs() {
     // The bump stands in column 31, row 6. The middle of 40 x 30 pixels is column 19.5, row 14.5. So it stands 11.5
     // pixels = 5.75 mm to the right of the middle, and 8.5 pixels = 4.25 mm above it.
     //
-    // Seen from the tool side, the part's z points at the eye: x, y turn anticlockwise.
+    // Seen from the tool side, the part's z points at the eye: x, y turn counterclockwise.
     //   +y up: right is +x.                      ( 5.75,  4.25)
     //   -y up: half a turn.                      (-5.75, -4.25)
-    //   +x up: +y is a quarter turn anticlockwise from it, to the left; right is -y.  ( 4.25, -5.75)
+    //   +x up: +y is a quarter turn counterclockwise from it, to the left; right is -y.  ( 4.25, -5.75)
     //   -x up: right is +y.                      (-4.25,  5.75)
     // From behind, left and right change places while up stays.
     //   +y up: right is -x.                      (-5.75,  4.25)

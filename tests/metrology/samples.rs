@@ -67,8 +67,8 @@ fn an_x3p_with_oblong_pixels() {
     let found = facts(inspect(&bytes, "areal.x3p", None, None).unwrap());
     assert_eq!((found.kind, found.format), ("height_map", "x3p"));
     assert_eq!((found.rows, found.columns, found.valid, found.invalid), (650, 650, 650 * 650, 0));
-    // 0.12765651 um and 0.314582114 um, to the nanometre that inspect shows.
-    assert_eq!(found.pixel_mm, [0.000_128, 0.000_315]);
+    // 0.12765651 um and 0.314582114 um, to the six digits that inspect shows.
+    assert_eq!(found.pixel_mm, [0.000_127_657, 0.000_314_582]);
     let map = read(&bytes, "areal.x3p").unwrap();
     assert_eq!(map.pixel, Some([1.276_565_098_373_46e-7, 3.145_821_135_277_46e-7]));
     assert_eq!((found.pv_nm, found.rms_nm), (554.336, 77.28));
@@ -97,14 +97,18 @@ fn texts_of_a_collection() {
             panic!("a profile")
         };
         // 0.0386 .. 0.3089 um, 1.94981 .. 2.10425 um.
-        assert_eq!((found.kind, found.valid, found.length_mm, found.pv_nm), ("profile", 8, 0.000_270, 154.44));
+        assert_eq!((found.kind, found.valid, found.length_mm, found.pv_nm), ("profile", 8, 0.000_270_3, 154.44));
         assert_eq!(read(&bytes, "csv-1.csv").unwrap_err().code.as_str(), "E0519");
     }
     for name in ["csv-2.csv", "csv-3.csv"] {
         let Some(bytes) = sample(name) else { continue };
         let Inspection::Profile(found) = inspect(&bytes, name, None, None).unwrap() else { panic!("a profile") };
         // UTF-16; -99.95833 .. -99.375 um; all heights are the same.
-        assert_eq!((found.format, found.valid, found.length_mm, found.pv_nm), ("table", 8, 0.000_583, 0.0), "{name}");
+        assert_eq!(
+            (found.format, found.valid, found.length_mm, found.pv_nm),
+            ("table", 8, 0.000_583_333, 0.0),
+            "{name}"
+        );
         assert_eq!(inspect(&bytes, name, Some(1e-6), None).unwrap_err().code.as_str(), "E0507", "{name}");
     }
     // 4 x 4 points without a word: the job must say both.

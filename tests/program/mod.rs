@@ -38,7 +38,7 @@ pub fn job_value() -> Value {
             "direction": 0.0, "lines": "serpentine", "chord_error": 1e-5, "holes": {"cross": {"process": "on"}}
         }},
         "dwell": {"corrective": {
-            "removal_fraction": 0.8, "piston": {"free": {"at_most": 2e-8}}, "feed": {"from": 2e-4, "to": 0.1},
+            "objective": {"rms": {}}, "removal_fraction": 0.8, "lateral_acceleration": null, "piston": {"free": {"at_most": 2e-8}}, "feed": {"from": 2e-4, "to": 0.1},
             "acceleration": 0.5
         }},
         "robot": {

@@ -16,8 +16,8 @@ const PIXELS_ACROSS: f64 = 2.0;
 /// Widest smoothing, in nodes: a path over a hundred hexagons and more smoothed into one bow has nothing of the mesh left.
 const MOST_SMOOTHING: f64 = 100.0;
 
-/// Rounding of sizes that are written in millimetres, as a part of them.
-const ROUNDING: f64 = 1e-9;
+/// Rounding of sizes, as a part of them: instruments write their pixels in single precision.
+const ROUNDING: f64 = 1e-6;
 
 /// Numbers that no plan can be made with.
 pub(super) fn numbers(job: &RegionAdaptive, error: &Grid, spot_diameter: f64, most_points: u64) -> Result<(), Problem> {
@@ -148,19 +148,18 @@ pub fn jumps(runs: &[Vec<Place>], diagonal: f64) -> Result<(), Problem> {
     Ok(())
 }
 
-/// A window longer than every path bends them all as a whole.
+/// Smoothing that reaches farther to each side than every path is long bends them all as a whole.
 pub(super) fn window(paths: &[Vec<Hexagon>], window: usize) -> Result<(), Problem> {
     let longest = paths.iter().map(Vec::len).max().unwrap_or(0);
-    if longest > 0 && longest < window {
-        let widest = (longest.max(1) - 1) / 2;
-        let message = format!(
-            "the smoothing window has {} nodes, and the longest path only {longest}: it would be bent as a whole",
-            window
-        );
-        return Err(Problem::error(codes::E0684, "path.smoothing", message).help(format!(
-            "write `smoothing: {:.2}` or less (0 for none), or drop such paths by `mesh.islands: {longest}`",
-            ((widest as f64 + 1.0) / 3.0 * 100.0).floor() / 100.0
-        )));
+    let half = window / 2;
+    if longest == 0 || half <= longest {
+        return Ok(());
     }
-    Ok(())
+    let message = format!(
+        "the smoothing reaches {half} hexagons to each side, farther than the longest path, which has {longest}"
+    );
+    // A half window is the whole number below three sigmas.
+    let sigma = ((longest as f64 + 1.0) / 3.0 * 100.0).floor() / 100.0;
+    Err(Problem::error(codes::E0684, "path.smoothing", message)
+        .help(format!("write `smoothing: {sigma:.2}` or less, or drop such paths by `mesh.islands: {longest}`")))
 }

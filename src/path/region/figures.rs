@@ -91,11 +91,15 @@ impl Figures {
         if self.lost_volume <= LOST * self.volume {
             return None;
         }
-        let message = format!(
-            "{:.1} % of the glass that the region asks for lie farther than a hexagon from the path, up to {:.1} mm",
-            1e2 * self.lost_volume / self.volume,
-            self.farthest * 1e3
-        );
+        let message = if self.coverage == 0.0 {
+            "no path is left for the region: all of it is dropped".to_string()
+        } else {
+            format!(
+                "{:.1} % of the glass that the region asks for lie farther than a hexagon from the path, up to {:.1} mm",
+                1e2 * self.lost_volume / self.volume,
+                self.farthest * 1e3
+            )
+        };
         Some(
             Problem::warning(codes::W0641, "path.mesh", message)
                 .note(format!("{} of {} hexagons were dropped as islands", self.dropped_cells, self.cells))

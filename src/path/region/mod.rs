@@ -102,7 +102,7 @@ impl Strategy for RegionAdaptive {
 ///
 /// E0640: a number that cannot be used. E0641: too many hexagons or points. E0680: hexagons too large for the spot. E0681: too
 /// small for the map. E0682: points farther apart than hexagons. E0683: the map knows nothing within reach. E0684: the smoothing
-/// window is longer than every path. E0685: the mesh itself turns more sharply than the turn limit. E0686: smoothing takes the
+/// reaches farther than every path is long. E0685: the mesh itself turns more sharply than the turn limit. E0686: smoothing takes the
 /// path out of `over`. E0687: a jump inside a run.
 pub fn plan(job: &RegionAdaptive, error: &Grid, spot_diameter: f64, most_points: u64) -> Result<RegionPath, Problem> {
     checks::numbers(job, error, spot_diameter, most_points)?;
