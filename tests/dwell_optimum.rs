@@ -222,7 +222,7 @@ fn with_limits_it_is_within_a_twentieth_of_the_limited_optimum() {
         let mut case = case();
         let found = case.solve(Base::Fixed(0.0), Aim::Rms, acceleration);
         let rms = found.figures.rms * 1e9;
-        assert!(rms <= 1.05 * optimum, "{acceleration}: {rms} {optimum}");
+        assert!(rms <= 1.05 * optimum, "{acceleration}: {rms} {optimum} {:?}", found.ended);
         let a = acceleration * (1.0 + 1e-9);
         for line in 0..9 {
             let mut before = 0.0;

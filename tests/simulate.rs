@@ -48,6 +48,7 @@ fn words(more: &[(&'static str, &'static str)]) -> Vec<(&'static str, &'static s
 }
 
 fn good(done: &mut Compilation, of: &Of) -> Simulation {
+    done.diagnostics.clear();
     let found = simulate(done, of);
     assert!(!done.failed(), "{:?}", done.diagnostics);
     found.expect("a simulation")
@@ -185,7 +186,7 @@ fn an_edited_speed_removes_by_its_time() {
     let moves = moves(&ours);
     let i = middle(&moves);
     let (u, v, w) = (moves[i - 1].speed, moves[i].speed, moves[i + 1].speed);
-    let slow = (v / 4.0 * 1e3).round() / 1e3;
+    let slow = (v / 10.0 * 1e3).round() / 1e3;
     let slower = edited(&ours, &moves[i], |line| line.replacen(&format!("],[{v},"), &format!("],[{slow},"), 1));
     let found = good(&mut done, &Of::Program(&slower));
     let plan = done.jobs[0].dwell.as_ref().expect("a plan");

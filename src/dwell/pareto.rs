@@ -22,8 +22,11 @@ pub struct Choice {
 /// Rows of the table: each price is four times the one before, so that ten span a factor of 260,000.
 const MOST_ROWS: usize = 10;
 
-/// A row that is not faster than the one before by this part is the last: nothing more is to be saved.
+/// A run that is not faster than the one before by this part gets no row, and one as near to the fastest of all is the last.
 const SAVED: f64 = 0.005;
+
+/// Prices that are tried: each is four times the one before, sixteen span a factor of a thousand million.
+const MOST_PRICES: usize = 16;
 
 /// The table, the least residual first.
 ///
@@ -36,19 +39,19 @@ pub fn pareto(task: &Task, warnings: &mut Vec<Problem>) -> Result<Vec<Choice>, P
     let mut rows: Vec<Choice> = Vec::new();
     let mut start = run.start.times.clone();
     let mut price = 0.0;
-    while rows.len() < MOST_ROWS {
+    let fastest: f64 = solver.lower.iter().sum();
+    for _ in 0..MOST_PRICES {
         let steps = if rows.is_empty() { MOST_ITERATIONS } else { MOST_ITERATIONS / 4 };
         let (choice, times) = solver.at_price(&run.depths, &start, price, steps);
-        if let Some(last) = rows.last()
-            && choice.time > (1.0 - SAVED) * last.time
-            && rows.len() > 1
-        {
-            break;
-        }
         // A hundredth of the time may first cost a thousandth of the squares.
         price = if price > 0.0 { 4.0 * price } else { 0.1 * solver.squares(choice.rms) / choice.time };
-        rows.push(choice);
         start = times;
+        if rows.last().is_none_or(|last| choice.time <= (1.0 - SAVED) * last.time) {
+            rows.push(choice);
+        }
+        if rows.len() == MOST_ROWS || choice.time <= (1.0 + SAVED) * fastest {
+            break;
+        }
     }
     Ok(rows)
 }

@@ -43,16 +43,16 @@ const PITCHES: usize = 8;
 /// Pixels a pitch: the lines' frequency is half of the highest that the patch has.
 const PIXELS: usize = 4;
 
-/// Parts of a line between two stamps of a patch, a pitch: a quarter keeps the rim of a cut spot from being seen as
+/// Parts of a line between two stamps of a patch, a pitch: a sixth keeps the rim of a cut spot from being seen as
 /// single stamps.
-const STAMPS: f64 = 4.0;
+const STAMPS: f64 = 6.0;
 
 /// Frequencies that count as the lines', against theirs.
 const BAND: [f64; 2] = [0.75, 1.25];
 
-/// Places tried along each axis, and patches predicted: those where most is removed, since the ripple is a share of it.
+/// Places tried along each axis, and patches predicted: where most is removed, since the ripple is a share of it.
 const PLACES: usize = 5;
-const PATCHES: usize = 3;
+const PATCHES: usize = 1;
 
 /// The ripple that a run leaves. `None` where no patch of eight pitches lies inside the clear aperture.
 pub fn ripple(
@@ -156,21 +156,21 @@ mod tests {
     const SPEED: f64 = 0.01;
     const PEAK: f64 = 1e-8;
 
-    /// Parallel lines `pitch` apart over 70 mm, turned by `angle`, driven evenly.
+    /// Parallel lines `pitch` apart over 120 mm, turned by `angle`, driven evenly.
     fn found(pitch: f64, angle: f64, footprint: &Footprint) -> Ripple {
         let (s, c) = libm::sincos(angle);
         let mut path = ToolPath::default();
-        let lines = (70e-3 / pitch) as i32;
+        let lines = (120e-3 / pitch) as i32;
         for line in -lines / 2..=lines / 2 {
             let start = path.points.len();
-            for i in -12..=12 {
+            for i in -20..=20 {
                 let (u, v) = (f64::from(i) * 3e-3, (f64::from(line) + 0.3) * pitch);
                 path.points.push([c * u - s * v, s * u + c * v, 0.0], [0.0, 0.0, 1.0]);
             }
             path.lines.push(Line { points: start..path.points.len(), link: Link::Lifted });
         }
         let speed = vec![SPEED; path.points.len()];
-        let clear = Aperture::circle(Circle { diameter: Length(40e-3), centre: None });
+        let clear = Aperture::circle(Circle { diameter: Length(80e-3), centre: None });
         let removal =
             Grid { columns: 41, rows: 41, pixel: [1e-3; 2], origin: [-20e-3; 2], values: vec![1e-9; 41 * 41] };
         let timed = TimedPath { path, speed, standing: Vec::new() };
@@ -218,7 +218,7 @@ mod tests {
             let found = found(pitch, 0.4, &footprint);
             let share = 2.0 * transform(1.0 / pitch).abs() / transform(0.0);
             let expected = share * mean(&footprint, pitch) / 2f64.sqrt();
-            // Stamps a quarter of the pitch apart are not yet a line where the spot is cut.
+            // Stamps a sixth of the pitch apart are not yet a line where the spot is cut.
             assert!((found.rms - expected).abs() < 0.1 * expected, "{pitch}: {} {expected}", found.rms);
         }
     }

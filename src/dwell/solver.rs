@@ -31,6 +31,10 @@ pub const MOST_ITERATIONS: usize = 200;
 /// more time are to be had. Who asks for less, by `time`, gets it.
 pub const NOTHING: f64 = 1e-11;
 
+/// The same as a part of what is to be taken off: no influence function is known to a two-hundredth, so that less would be a
+/// promise that no run keeps.
+const KNOWN: f64 = 0.005;
+
 /// What the limits of the arm may cost before the speeds are solved for: less than the influence function is known to.
 const LIMIT_COST: f64 = 0.01;
 
@@ -123,7 +127,7 @@ impl Solver<'_> {
         self.rounds += 1;
         let cost = |a: f64| libm::hypot(a, self.elsewhere);
         let enough = match self.aim {
-            Aim::Rms => cost(limited.rms) <= (1.0 + LIMIT_COST) * cost(free.rms) || limited.rms <= NOTHING,
+            Aim::Rms => cost(limited.rms) <= (1.0 + LIMIT_COST) * cost(free.rms) || limited.rms <= self.nothing(depths),
             Aim::Pv => limited.largest <= (1.0 + LIMIT_COST) * free.largest,
             // What is out of reach of any times is so of those that the arm can follow; a little too much is asked less of.
             Aim::Time { rms } => limited.rms <= (1.0 + 5.0 * LIMIT_COST) * rms || free.rms > rms,
@@ -135,7 +139,12 @@ impl Solver<'_> {
         let (segments, limits) = (self.segments, self.limits);
         let mut domain = Followable::new(segments, limits, &limited.speeds).with_stiffness(self.stiffness);
         // The way down is bent there: ten steps may gain nothing, and forty still a lot.
-        let stop = Stop { over: 40, relative_decrease: 0.5 * stop.relative_decrease, ..stop };
+        let stop = Stop {
+            over: 40,
+            relative_decrease: 0.5 * stop.relative_decrease,
+            most_iterations: 10 * stop.most_iterations,
+            ..stop
+        };
         let ended = self.descend_by_aim(depths, &mut domain, stop);
         let (speeds, times) = (domain.speeds(), domain.times().to_vec());
         self.rounds += 1;
@@ -151,7 +160,9 @@ impl Solver<'_> {
     /// Times of least squares at a price of a second, before the arm's limits.
     pub(super) fn priced(&mut self, depths: &[f64], start: &[f64], price: f64, steps: usize) -> Vec<f64> {
         let mut domain = Bounds::new(self.lower, self.upper, start).with_stiffness(self.stiffness);
-        self.descend(depths, &mut domain, price, Stop { most_iterations: steps, ..STOP });
+        // At a price there is always less time to be had.
+        let value = if price > 0.0 { 0.0 } else { self.squares(self.nothing(depths)) };
+        self.descend(depths, &mut domain, price, Stop { most_iterations: steps, value, ..STOP });
         domain.into_times()
     }
 
@@ -175,8 +186,17 @@ impl Solver<'_> {
         found.ended
     }
 
+    /// RMS that is as good as none beside the wanted depths.
+    fn nothing(&self, depths: &[f64]) -> f64 {
+        let (n, weights) = (depths.len(), self.weights);
+        let weight = sum(n, |i| weights[i]);
+        let mean = sum(n, |i| weights[i] * depths[i]) / weight;
+        let square = sum(n, |i| weights[i] * (depths[i] - mean) * (depths[i] - mean)) / weight;
+        (KNOWN * square.sqrt()).max(NOTHING)
+    }
+
     fn descend_by_aim(&mut self, depths: &[f64], domain: &mut dyn Domain, stop: Stop) -> Ended {
-        let nothing = Stop { value: self.squares(NOTHING), ..stop };
+        let nothing = Stop { value: self.squares(self.nothing(depths)), ..stop };
         match self.aim {
             Aim::Rms => self.descend(depths, domain, 0.0, nothing),
             Aim::Pv => {

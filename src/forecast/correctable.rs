@@ -25,7 +25,7 @@ pub const SHARE: f64 = 0.1;
 
 /// The transfer below which nobody follows a ripple. Taking off 10 nm there costs 1000 nm of glass, and a rate is known to 1 % at best:
 /// the error of that layer is as large as the ripple.
-const LEAST_SHARE: f64 = 0.01;
+pub const LEAST_SHARE: f64 = 0.01;
 
 /// Bands and powers of the transfer function at the stages. A power of n widens a Gaussian spot by the root of n: from sixteen spots
 /// to one; then the plain band. What is left after that is the finer part; the last two stages say how much of it a run that spares no

@@ -9,7 +9,7 @@
 //! gain          r = r0 - g z                       g normal, one a run
 //! drift         r = r0 - d H(t tau)                tau from 0 at the run's first second to 1 at its last
 //! registration  r = r0 + s · grad z                s normal in x and in y
-//! map noise     r = r0 - φ P n                     n white; P what the tool can follow: nothing else is polished in
+//! map noise     r = r0 - φ P n                     n white; P what the solver follows, to a hundredth of the transfer: nothing else is polished in
 //! feed          r = r0 + H(t ε)                    ε along each line, an autoregressive process
 //! position      r = r0 + div H(t s(x, y))          s a smooth field over the part
 //! ```
@@ -19,7 +19,7 @@
 //! is a least-squares residual. So `E[RMS²] = RMS²(r0) + Σ RMS²(source)`. The distribution is that of the quadratic form of all shapes:
 //! ten thousand runs of numbered random numbers, each with its g, d and s and one of 32 drawn fields; the same each time.
 
-use super::correctable::{Padded, SHARE};
+use super::correctable::{LEAST_SHARE, Padded};
 use super::random::Stream;
 use crate::diagnostics::{Problem, codes};
 use crate::dwell::descent::LinearOperator;
@@ -233,7 +233,7 @@ impl Errors {
     /// White noise of `rms` on each pixel, as much of it as the tool follows. The mean square of a draw.
     fn map_noise(&mut self, rms: f64, footprint: &Footprint) -> f64 {
         let padded = Padded::of(&self.window, footprint);
-        let mut follow = padded.filter(|h| if h < SHARE { 0.0 } else { 1.0 });
+        let mut follow = padded.filter(|h| if h < LEAST_SHARE { 0.0 } else { 1.0 });
         let numbers = Stream::new(1);
         let size = padded.kernel.len();
         let mut squares = 0.0;

@@ -186,8 +186,9 @@ fn reachable(timed: &mut TimedPath, standoff: f64, acceleration: f64) -> usize {
     speed::limit(&mut speeds, &segments, &Limits::of_arm(acceleration));
     let mut lowered = 0;
     for (&point, &speed) in segments.point.iter().zip(&speeds) {
-        // Single precision and the rounding of written speeds change a speed by less than this share.
-        lowered += usize::from(speed < timed.speed[point] * (1.0 - 1e-4));
+        // Positions are written to a micrometre, so that a segment of a millimetre may be wrong by a thousandth of itself, and the
+        // speed that it is long enough for by half of that.
+        lowered += usize::from(speed < timed.speed[point] * (1.0 - 1e-3));
         timed.speed[point] = speed;
     }
     lowered
