@@ -46,6 +46,14 @@ pub fn pareto(task: &Task, warnings: &mut Vec<Problem>) -> Result<Vec<Choice>, P
         // A hundredth of the time may first cost a thousandth of the squares.
         price = if price > 0.0 { 4.0 * price } else { 0.1 * solver.squares(choice.rms) / choice.time };
         start = times;
+        // What is neither faster nor better than a later one is no choice.
+        while rows.last().is_some_and(|last| choice.time <= last.time && choice.rms <= last.rms) {
+            rows.pop();
+        }
+        // What is neither faster nor better than a later one is no choice.
+        while rows.last().is_some_and(|last| choice.time <= last.time && choice.rms <= last.rms) {
+            rows.pop();
+        }
         if rows.last().is_none_or(|last| choice.time <= (1.0 - SAVED) * last.time) {
             rows.push(choice);
         }
