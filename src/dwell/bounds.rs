@@ -75,9 +75,8 @@ impl Domain for Bounds<'_> {
     }
 
     fn aim(&mut self, gradient: &[f64], step: f64) -> f64 {
-        for i in 0..gradient.len() {
-            let time = self.times[i];
-            self.held[i] = (time <= self.lower[i] && gradient[i] > 0.0) || (time >= self.upper[i] && gradient[i] < 0.0);
+        for (i, (&time, &slope)) in self.times.iter().zip(gradient).enumerate() {
+            self.held[i] = (time <= self.lower[i] && slope > 0.0) || (time >= self.upper[i] && slope < 0.0);
         }
         if let Some(newton) = self.memory.step(gradient, &self.held, self.stiffness) {
             let slope = self.clip(|i| newton[i], gradient);

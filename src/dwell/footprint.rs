@@ -6,13 +6,16 @@
 use crate::tool::{Azimuth, InfluenceField, InfluenceFunction, part_to_tool};
 use rayon::prelude::*;
 
+/// Gives each part its weight for a tool that stands at x, y of the part.
+type Weights<'a> = Box<dyn Fn(f64, f64, &mut [f64]) + Sync + 'a>;
+
 /// Removal rate around the contact point, in the axes of the part. Positive takes glass away.
 ///
 /// What a tool removes may depend on where it stands: then its rate is a sum of a few parts, each with a weight that belongs to
 /// the place of the tool.
 pub struct Footprint<'a> {
     rates: Vec<Box<dyn Fn(f64, f64) -> f64 + Sync + 'a>>,
-    weights: Option<Box<dyn Fn(f64, f64, &mut [f64]) + Sync + 'a>>,
+    weights: Option<Weights<'a>>,
     /// Nothing is removed farther than this from the contact point, metres.
     pub radius: f64,
     /// Integral of the rate, m³/s.

@@ -62,8 +62,8 @@ impl Memory {
         let mut parts = Vec::with_capacity(used.len());
         for (pair, size) in used.iter().rev() {
             let part = product(&pair.moved, &step) / size;
-            for i in 0..n {
-                step[i] -= part * free(i, pair.turned[i]);
+            for (i, step) in step.iter_mut().enumerate() {
+                *step -= part * free(i, pair.turned[i]);
             }
             parts.push(part);
         }
@@ -72,8 +72,8 @@ impl Memory {
         }
         for ((pair, size), part) in used.iter().zip(parts.iter().rev()) {
             let change = part - product(&pair.turned, &step) / size;
-            for i in 0..n {
-                step[i] += change * free(i, pair.moved[i]);
+            for (i, step) in step.iter_mut().enumerate() {
+                *step += change * free(i, pair.moved[i]);
             }
         }
         Some(step)

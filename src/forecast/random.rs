@@ -41,6 +41,7 @@ impl Stream {
 }
 
 #[cfg(test)]
+#[allow(clippy::disallowed_methods, reason = "tests may use the platform's mathematics")]
 mod tests {
     use super::*;
 

@@ -132,6 +132,7 @@ fn as_grid(picture: &Picture) -> Grid {
 }
 
 #[cfg(test)]
+#[allow(clippy::disallowed_methods, reason = "tests may use the platform's mathematics")]
 mod tests {
     use super::*;
 

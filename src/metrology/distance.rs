@@ -94,7 +94,7 @@ mod tests {
         ) {
             let (columns, rows) = (12_isize, 9_isize);
             let found = to_outside(&inside, 12, [1.0, tall]);
-            for i in 0..inside.len() {
+            for (i, found) in found.into_iter().enumerate() {
                 let (row, column) = (i as isize / columns, i as isize % columns);
                 let mut least = f64::INFINITY;
                 for r in -1..=rows {
@@ -106,7 +106,7 @@ mod tests {
                         }
                     }
                 }
-                prop_assert!((found[i] - least).abs() < 1e-12, "{} {} {}", i, found[i], least);
+                prop_assert!((found - least).abs() < 1e-12, "{} {} {}", i, found, least);
             }
         }
     }

@@ -157,6 +157,7 @@ fn keys(t: f64) -> [f64; 4] {
 }
 
 #[cfg(test)]
+#[allow(clippy::disallowed_methods, reason = "tests may use the platform's mathematics")]
 mod tests {
     use super::*;
     use std::f64::consts::PI;
