@@ -169,7 +169,7 @@ impl<'a> Followable<'a> {
                 }
                 curvature.times(&change, &mut turned);
                 let value = dot(gradient, &change) + 0.5 * dot(&change, &turned);
-                // As in [`descent`](super::descent), whose line search this is.
+                // As in `descent`, whose line search this is.
                 if value <= ceiling + 1e-4 * length * down || length < 1e-10 {
                     break value;
                 }
