@@ -116,7 +116,8 @@ pub fn predict(
         base,
         mean_removal: mean(&|i| depths[i]),
         greatest_removal: inside.iter().fold(0.0, |most, &i| depths[i].max(most)),
-        time: speed::times(&speeds, &segments, &limits).iter().sum::<f64>() + link_time(&timed, &limits),
+        time: speed::times(&speeds, &segments, &limits).iter().sum::<f64>()
+            + link_time(&timed, footprint.standoff, &limits),
         ..Figures::default()
     };
     let mut removal = nowhere(error);
@@ -135,12 +136,12 @@ fn nowhere(like: &Grid) -> Grid {
 }
 
 /// Time of the ways from line to line on the surface, from rest to rest.
-fn link_time(timed: &TimedPath, limits: &Limits) -> f64 {
+fn link_time(timed: &TimedPath, standoff: f64, limits: &Limits) -> f64 {
     let on_surface = timed.path.lines.windows(2).filter(|pair| pair[0].link == Link::OnSurface);
     on_surface
         .map(|pair| {
             let speed = timed.speed[pair[1].points.start];
-            link_length(&timed.path, &pair[0], &pair[1]) / speed + speed / limits.acceleration
+            link_length(&timed.path, standoff, &pair[0], &pair[1]) / speed + speed / limits.acceleration
         })
         .sum()
 }

@@ -182,7 +182,7 @@ pub fn solve(task: Task, warnings: &mut Vec<Problem>) -> Result<Outcome, Problem
     let dwell = task.dwell;
     let (run, mut operator) = prepare(&task, warnings)?;
     let mut solver = run.solver(&mut operator, dwell);
-    let mut timed = TimedPath::new(task.path, task.standing, &run.limits, task.speed_steps);
+    let mut timed = TimedPath::new(task.path, task.standing, task.standoff, &run.limits, task.speed_steps);
     let mut target = run.depths.clone();
     let mut solved = solver.solve(&target, &run.start.times, MOST_ITERATIONS);
     if let Some(relief) = &run.relief {

@@ -70,10 +70,7 @@ impl Segments {
     /// Of a tool whose centre point stands `standoff` metres off the contact, along the normal.
     pub fn new(path: &ToolPath, standoff: f64) -> Segments {
         let point: Vec<usize> = segments(path).collect();
-        let tool = |i: usize| {
-            let (place, normal) = (path.points.position(i), path.points.normal(i));
-            [0, 1, 2].map(|k| place[k] + standoff * normal[k])
-        };
+        let tool = |i: usize| path.points.off_surface(i, standoff);
         let way = |p: usize| {
             let (a, b) = (tool(p - 1), tool(p));
             [0, 1, 2].map(|k| b[k] - a[k])

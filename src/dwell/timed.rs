@@ -42,13 +42,20 @@ pub fn written(speed: f64, steps: SpeedSteps) -> f64 {
 impl TimedPath {
     /// The path with full speed everywhere, on the ways between lines on the surface what the arm reaches there, and on the
     /// way down to where it lands the landing's.
-    pub(super) fn new(path: ToolPath, standing: Vec<Standing>, limits: &Limits, steps: SpeedSteps) -> TimedPath {
+    /// The tool centre point stands `standoff` metres off the contact.
+    pub(super) fn new(
+        path: ToolPath,
+        standing: Vec<Standing>,
+        standoff: f64,
+        limits: &Limits,
+        steps: SpeedSteps,
+    ) -> TimedPath {
         let down = |speed: f64| written(speed, steps);
         let mut speed = vec![down(limits.greatest); path.points.len()];
         for pair in path.lines.windows(2) {
             if pair[0].link == Link::OnSurface {
                 // From rest to rest over the distance of two lines: half of it speeding up, half slowing down.
-                let reachable = (limits.acceleration * link_length(&path, &pair[0], &pair[1])).sqrt();
+                let reachable = (limits.acceleration * link_length(&path, standoff, &pair[0], &pair[1])).sqrt();
                 speed[pair[1].points.start] = down(limits.greatest.min(reachable));
             }
         }
@@ -70,8 +77,9 @@ impl TimedPath {
     }
 }
 
-/// Length of the straight way from the end of a line to the start of the next.
-pub(super) fn link_length(path: &ToolPath, line: &path::Line, next: &path::Line) -> f64 {
-    let [a, b] = [line.points.end - 1, next.points.start].map(|p| path.points.position(p));
+/// Length of the straight way of the tool centre point, `standoff` metres off the contact, from the end of a line to the start
+/// of the next. Like that of a segment it is not the glass's: over a hollow it is shorter, and reaches less speed.
+pub(super) fn link_length(path: &ToolPath, standoff: f64, line: &path::Line, next: &path::Line) -> f64 {
+    let [a, b] = [line.points.end - 1, next.points.start].map(|p| path.points.off_surface(p, standoff));
     libm::hypot(libm::hypot(b[0] - a[0], b[1] - a[1]), b[2] - a[2])
 }

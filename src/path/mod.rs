@@ -71,6 +71,11 @@ impl Points {
     pub fn normal(&self, i: usize) -> [f64; 3] {
         [self.normal_x[i], self.normal_y[i], self.normal_z[i]]
     }
+    /// The place `standoff` metres off the surface along the normal: of a tool's centre point.
+    pub fn off_surface(&self, i: usize, standoff: f64) -> [f64; 3] {
+        let (place, normal) = (self.position(i), self.normal(i));
+        [0, 1, 2].map(|k| place[k] + standoff * normal[k])
+    }
 }
 
 /// What is done between two lines.
