@@ -115,7 +115,6 @@ fn solve(file: &str, base: Base) -> (f64, f64) {
         .collect();
     let mut domain = Bounds::new(&lower, &upper, &start);
     let found = descend(&mut operator, &wanted, &mut domain, STOP);
-    println!("{file} {base:?}: {found:?}");
     assert!(found.iterations <= MOST_ITERATIONS);
     let times = domain.into_times();
     let removed = deposit(&samples, &times, &footprint, &window);

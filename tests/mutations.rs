@@ -68,7 +68,13 @@ fn projects() -> Vec<Project> {
         }
         let jobs: Vec<String> = texts.keys().filter(|path| holds_job(&texts[*path])).cloned().collect();
         for job in jobs {
-            projects.push(Project { job, texts: texts.clone() });
+            // The job, and what it takes in.
+            let mut own = texts.clone();
+            own.retain(|path, _| {
+                let name = path.rsplit('/').next().unwrap_or_default();
+                *path == job || texts[&job].contains(&format!("use \"{name}\""))
+            });
+            projects.push(Project { job, texts: own });
         }
     }
     projects

@@ -293,9 +293,11 @@ impl Checker<'_> {
     fn is_nameless_record(&self, place: Place, schema: SchemaId, name: &Name, value: &Expr) -> bool {
         let ExprKind::Record { schema: Some(short), .. } = &value.kind else { return false };
         let shape = self.vocabulary.schema(schema);
+        // What a field here takes is meant, however much its name looks like that of another field.
+        let misspelt = || nearest(&name.text, shape.fields.iter().map(|field| field.name.as_str())).is_some();
         short.span == name.span
-            && nearest(&name.text, shape.fields.iter().map(|field| field.name.as_str())).is_none()
-            && (self.schema_named(place.module, &name.text).is_some() || !self.fields_for(schema, name).is_empty())
+            && (!self.fields_for(schema, name).is_empty()
+                || (!misspelt() && self.schema_named(place.module, &name.text).is_some()))
     }
 
     /// The fields of a schema that take a record of this kind.
