@@ -5,8 +5,8 @@
 //!
 //! Method: projected descent along straight ways inside the domain, with the non-monotone line search of E. G. Birgin, J. M.
 //! Martínez, M. Raydan, "Nonmonotone spectral projected gradient methods on convex sets", SIAM J. Optim. 10, 2000 (algorithm
-//! SPG2). The domain chooses the way: [`Bounds`](super::bounds) by a quasi-Newton step, [`Followable`](super::followable) by the
-//! spectral (Barzilai-Borwein) step. The depths change linearly on a way between bounds, so that a step costs one product with H and
+//! SPG2). The domain chooses the way: [`Bounds`](super::bounds) by a quasi-Newton step, [`Followable`](super::followable) by a
+//! quadratic model's minimum. The depths change linearly on a way between bounds, so that a step costs one product with H and
 //! one with its transpose. c is eliminated: for given t the best one is known in closed form.
 
 use super::objective::{Trial, Wanted, dot, sum};

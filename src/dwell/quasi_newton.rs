@@ -2,11 +2,12 @@
 //!
 //! In: moves of the unknowns, and by how much each turned the gradient. Out: the gradient multiplied with the inverse of the
 //! curvature that they tell of: the recursion of J. Nocedal, "Updating quasi-Newton matrices with limited storage", Math. Comp.
-//! 35, 1980.
+//! 35, 1980. Or that curvature itself: the formula of Broyden, Fletcher, Goldfarb and Shanno, unrolled (J. Nocedal, S. Wright,
+//! "Numerical Optimization", 2nd edition, section 7.2).
 
 use super::objective::sum;
 
-/// Moves that are remembered. Twenty gained hardly anything over five in the study of dwell solvers, and each is two numbers an
+/// Moves that are remembered. Between bounds twenty gained hardly anything over five in the study of dwell solvers, and each is two numbers an
 /// unknown.
 const PAIRS: usize = 5;
 
@@ -17,21 +18,33 @@ struct Pair {
 }
 
 /// The last few moves, the latest last.
-#[derive(Default)]
 pub struct Memory {
     pairs: Vec<Pair>,
+    most: usize,
+}
+
+impl Default for Memory {
+    fn default() -> Memory {
+        Memory::of(PAIRS)
+    }
 }
 
 impl Memory {
+    /// Of at most so many moves.
+    pub fn of(most: usize) -> Memory {
+        Memory { pairs: Vec::new(), most }
+    }
+
     /// Remembers a move along which the gradient grew: only such curvature can be inverted.
     pub fn add(&mut self, moved: impl Fn(usize) -> f64, turned: impl Fn(usize) -> f64, unknowns: usize) {
         if !(sum(unknowns, |i| moved(i) * turned(i)) > 0.0) {
             return;
         }
         // Room of the oldest is used again.
-        let mut pair = match self.pairs.len() {
-            PAIRS => self.pairs.remove(0),
-            _ => Pair { moved: vec![0.0; unknowns], turned: vec![0.0; unknowns] },
+        let mut pair = if self.pairs.len() < self.most {
+            Pair { moved: vec![0.0; unknowns], turned: vec![0.0; unknowns] }
+        } else {
+            self.pairs.remove(0)
         };
         pair.moved.resize(unknowns, 0.0);
         pair.turned.resize(unknowns, 0.0);
@@ -41,10 +54,24 @@ impl Memory {
         self.pairs.push(pair);
     }
 
-    /// The memory in other unknowns, of which each stands for some of these: `reduce(values, is_move)`.
-    pub fn reduced(&self, reduce: impl Fn(&[f64], bool) -> Vec<f64>) -> Memory {
-        let pair = |pair: &Pair| Pair { moved: reduce(&pair.moved, true), turned: reduce(&pair.turned, false) };
-        Memory { pairs: self.pairs.iter().map(pair).collect() }
+    /// The curvature that the moves tell of; before anything is remembered of an unknown it is `stiffness`, up to a common
+    /// factor (empty for 1). `None` without a memory.
+    pub fn curvature<'a>(&self, stiffness: &'a [f64], n: usize) -> Option<Curvature<'a>> {
+        let last = self.pairs.last()?;
+        let soft = |i: usize| stiffness.get(i).map_or(1.0, |stiffness| 1.0 / stiffness);
+        let size = |pair: &Pair| sum(n, |i| pair.moved[i] * pair.turned[i]);
+        let scale = sum(n, |i| soft(i) * last.turned[i] * last.turned[i]) / size(last);
+        let mut curvature = Curvature { scale, stiffness, parts: Vec::new() };
+        for pair in &self.pairs {
+            let mut taken = vec![0.0; n];
+            curvature.times(&pair.moved, &mut taken);
+            let taken_size = sum(n, |i| pair.moved[i] * taken[i]).sqrt();
+            taken.iter_mut().for_each(|taken| *taken /= taken_size);
+            let size = size(pair).sqrt();
+            let added = pair.turned.iter().map(|turned| turned / size).collect();
+            curvature.parts.push([taken, added]);
+        }
+        Some(curvature)
     }
 
     /// The step against `gradient` over the unknowns that are not `held`; before anything is remembered of an unknown its
@@ -77,5 +104,29 @@ impl Memory {
             }
         }
         Some(step)
+    }
+}
+
+/// A symmetric, positive definite map from moves to how they turn the gradient.
+pub struct Curvature<'a> {
+    scale: f64,
+    stiffness: &'a [f64],
+    /// By move: what is taken away and what is added, as vectors whose outer squares these are.
+    parts: Vec<[Vec<f64>; 2]>,
+}
+
+impl Curvature<'_> {
+    /// By how much a move turns the gradient.
+    pub fn times(&self, moved: &[f64], turned: &mut [f64]) {
+        let n = moved.len();
+        for i in 0..n {
+            turned[i] = self.scale * self.stiffness.get(i).copied().unwrap_or(1.0) * moved[i];
+        }
+        for [taken, added] in &self.parts {
+            let (less, more) = (sum(n, |i| taken[i] * moved[i]), sum(n, |i| added[i] * moved[i]));
+            for i in 0..n {
+                turned[i] += more * added[i] - less * taken[i];
+            }
+        }
     }
 }
