@@ -102,8 +102,8 @@ fn the_text_of_a_program_removes_what_was_planned() {
         assert!(difference.share < 2e-4, "{name}: {difference:?}");
         assert!(difference.share > 0.0, "{name}: text is rounded, so something must differ");
         let time = (found.outcome.figures.time - plan.figures.time) / plan.figures.time;
-        // Lengths of ways are those of the tool in both; places and speeds are rounded as above.
-        assert!(time.abs() < 2e-4, "{name}: {} s, {} s", found.outcome.figures.time, plan.figures.time);
+        // Lengths of ways are those of the tool in both.
+        assert!(time.abs() < 1e-3, "{name}: {} s, {} s", found.outcome.figures.time, plan.figures.time);
         let contact = found.result.program.expect("a program");
         assert!(contact.height_um < 1.0 && contact.lean_deg < 1e-3 && contact.too_fast == 0, "{name}: {contact:?}");
     }
