@@ -214,7 +214,6 @@ fn agree(expected: &Expected, ideal: f64, runs: &[f64], model: f64) {
     let (mean, error) = mean_square(runs);
     let added = mean - ideal * ideal;
     let found = expected.rms * expected.rms - ideal * ideal;
-    println!("added {:.4} forecast {:.4} nm (se {:.3} of it)", added.sqrt() * 1e9, found.sqrt() * 1e9, error / added);
     assert!(
         (found - added).abs() < 3.0 * error + model * added,
         "the runs add {:.4} nm RMS to {:.4}, the forecast {:.4}",
@@ -340,7 +339,6 @@ fn nine_runs_of_ten_stay_below_the_forecast() {
     agree(&expected, outcome.figures.rms, &runs, 0.06);
     // Of 300 runs each below with the probability 0.9: the count has the standard deviation sqrt(300 * 0.09) = 5.2.
     let below = runs.iter().filter(|rms| **rms < expected.rms_p90).count();
-    println!("{below} of 300 below {:.3} nm", expected.rms_p90 * 1e9);
     assert!((below as f64 - 270.0).abs() < 3.0 * 5.2, "{below}");
 }
 
@@ -411,7 +409,6 @@ fn no_run_leaves_less_than_the_best_that_was_said() {
         case.dwell.removal_fraction = fraction;
         let said = prospect(&case.task(), &mut Vec::new()).expect("a prospect");
         let left = case.solve().figures.rms;
-        println!("best {:.3} nm, left {:.3} nm", said.best_rms * 1e9, left * 1e9);
         assert!(left > 0.95 * said.best_rms, "{fraction}: {} {}", left * 1e9, said.best_rms * 1e9);
         // And it is worth saying: the run comes within a quarter of it.
         assert!(left < 1.25 * said.best_rms, "{fraction}: {} {}", left * 1e9, said.best_rms * 1e9);

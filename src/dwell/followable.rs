@@ -228,8 +228,8 @@ impl Domain for Followable<'_> {
         self.slope = slope;
         if let Some(curvature) = self.memory.curvature(self.stiffness, n) {
             let to = self.least_of_model(gradient, &curvature, step);
-            for i in 0..n {
-                self.way[i] = to[i] - self.squares[i];
+            for ((way, to), square) in self.way.iter_mut().zip(&to).zip(&self.squares) {
+                *way = to - square;
             }
             let slope = dot(&self.way, &self.slope);
             if slope < 0.0 {
