@@ -140,9 +140,7 @@ fn residual_and_time_are_those_of_the_study() {
     // RMS and time of maps/solver_reference.json, 200 steps of a spectral gradient each; `ls` with the lift of maps.json.
     let file = "examples/sphere_200/map_b.npy";
     let (rms, time) = solve(file, Base::Fixed(29.875096887863556e-9));
-    println!("ls {rms} {time}");
     assert!(rms <= 1.05 * 1.1014566458410908 && (time / 789.7509392028658 - 1.0).abs() < 0.03, "{rms} {time}");
     let (rms, time) = solve(file, Base::AtMost(f64::INFINITY));
-    println!("ls_piston {rms} {time}");
     assert!(rms <= 1.05 * 1.1052295722360896 && (time / 752.9650566767317 - 1.0).abs() < 0.03, "{rms} {time}");
 }

@@ -446,7 +446,7 @@ fn strategy_lies_on(path: &str, curve: Curve, form: &FormCase, target: &Target) 
             {
                 // A line that was broken goes on where it ended.
                 let off = (place[0] - up[0]).hypot(place[1] - up[1]);
-                assert!(off < 2.0 * PLACE || off > 2.0, "{what}: {off} mm from where the tool went up");
+                assert!(!(2.0 * PLACE..=2.0).contains(&off), "{what}: {off} mm from where the tool went up");
             }
             replay.joints_are_sound(&next, &joints, point, &what);
             joints = next;
