@@ -5,7 +5,7 @@
 //!
 //! In times or speeds the limit of acceleration bounds a set that is not convex. In squares of speeds u = v² it is a chain,
 //! `|u_i - u_(i-1)| <= 2 a ds_i`, and the [nearest point of it](super::chain) is found exactly. So the unknowns are the u; the times
-//! follow the ramps of [`speed`](super::speed).
+//! follow the ramps of [`speed`].
 //!
 //! The way is that of a projected quasi-Newton method (M. Schmidt, E. van den Berg, M. Friedlander, K. Murphy, "Optimizing costly
 //! functions with simple constraints: a limited-memory projected quasi-Newton algorithm", AISTATS 2009): over the times the

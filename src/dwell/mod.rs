@@ -1,6 +1,6 @@
 //! Dwell: how long the tool stays where, from the measured error and the influence function.
 //!
-//! In: [`ToolPath`], the error map over the part, the influence function, the job's `dwell`. Out: a [`TimedPath`] with
+//! In: `ToolPath`, the error map over the part, the influence function, the job's `dwell`. Out: a [`TimedPath`] with
 //! the speed of every move, already rounded to what the target will write, and the predicted result.
 //!
 //! The unknowns are the times of the segments. [`removal`] says what they take off; [`descent`] brings that nearest to what

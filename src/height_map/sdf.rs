@@ -1,6 +1,6 @@
 //! SDF: the surface data file of ISO 25178-71, as text (`aISO`) and binary (`bISO`), versions 1.0 and 2.0.
 //!
-//! In: bytes. Out: a [`RawMap`] in metres with its pixels, or a [`Profile`](super::Profile) where the file has one line.
+//! In: bytes. Out: a [`RawMap`] in metres with its pixels, or a [`Profile`] where the file has one line.
 //!
 //! | field | bytes in `bISO-1.0` (`2.0`) | meaning |
 //! | --- | --- | --- |

@@ -1,6 +1,6 @@
 //! Metrology: the error of a part, from height maps.
 //!
-//! In: the job's words on maps, and their files. Out: an [`ErrorMap`], whose [`Grid`](crate::height_map::Grid) lies in the
+//! In: the job's words on maps, and their files. Out: an [`ErrorMap`], whose [`Grid`] lies in the
 //! part frame, metres, positive where glass stands too high, NaN where nothing is known.
 //!
 //! [`error_map`] puts the pictures on the part as the job says ([`place()`] does so with one), by marks if it has some,
