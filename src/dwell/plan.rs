@@ -1,7 +1,7 @@
 //! The plan of a corrective run: checks, solve, speeds, prediction.
 //!
 //! In: a [`Task`]. Out: an [`Outcome`], or what makes the run impossible, with the number that would mend it; or the
-//! [table](super::pareto) of what is to be had in which time.
+//! table of what is to be had in which time.
 
 use super::SpeedSteps;
 use super::curved::{self, Relief, cosines, steepest};

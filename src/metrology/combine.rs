@@ -1,7 +1,7 @@
 //! Combine: the members of `FormError` become one map of the part.
 //!
 //! In: the job's `error` (or `target`), a tree of maps and of what is made of them. Out: one [`Placed`] map, and a
-//! [`Record`] of every file that went in. Maps are put on the part one by one ([`place`]), so that each may have
+//! `Record` of every file that went in. Maps are put on the part one by one (`place`), so that each may have
 //! been taken with the part turned, from the other side, or with another instrument; then they are brought onto the
 //! pixels of the first.
 

@@ -1,7 +1,7 @@
 //! X3P: surfaces of ISO 25178-72 (and its forerunner ISO 5436-2), a ZIP archive of a description and data.
 //!
 //! In: bytes. Out: a [`RawMap`] in metres with its pixels, which need not be square, or a [`Profile`] where the file has one
-//! line. [`write`] makes such files.
+//! line. `write` makes such files.
 //!
 //! `main.xml` describes the axes: x and y must be incremental (`I`), with a pitch in metres; z is absolute (`A`: metres) or
 //! incremental (height = value * increment + offset). The numbers stand in a binary file, little-endian, in rows along x,

@@ -60,7 +60,7 @@ pub fn check(
     }
 }
 
-/// The moves of `program` as the text says them; see [`crate::verify::trace`].
+/// The moves of `program` as the text says them; see `crate::verify::trace`.
 pub fn trace(
     program: &Program,
     motion: &Motion,

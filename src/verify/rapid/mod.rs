@@ -47,7 +47,7 @@ pub fn check(program: &Program, motion: &Motion, job: &Job, rapid: &Rapid, robot
     }
 }
 
-/// The moves of `program` as the text says them; see [`crate::verify::trace`].
+/// The moves of `program` as the text says them; see `crate::verify::trace`.
 pub fn trace(
     program: &Program,
     motion: &Motion,
