@@ -4,6 +4,8 @@
 //! was planned for each job. Nothing is written and no clock is read: [`Watch`] tells the caller which pass begins.
 
 pub mod allow;
+mod hashed;
+mod passes;
 mod requirements;
 pub mod simulation;
 
@@ -11,23 +13,24 @@ use crate::check;
 use crate::diagnostics::codes as code;
 use crate::diagnostics::render;
 use crate::diagnostics::{Diagnostic, Problem, Severity};
-use crate::dwell::{self, SpeedSteps, TimedPath};
+use crate::dwell::{self, TimedPath};
 use crate::eval::{self, Requirement};
-use crate::forecast::{self, Expected, Prospect, Stock};
-use crate::height_map::{self, Grid};
-use crate::job::{self, Job, Origins, Unchecked};
+use crate::forecast::{Expected, Prospect, Stock};
+use crate::height_map;
+use crate::job::{self, Job, Origins};
 use crate::metrology::{self, ErrorMap, SurfaceFigures};
-use crate::motion::{self, Checked, Motion, Purpose};
+use crate::motion::{Checked, Motion, Purpose};
 use crate::path::{self, ToolPath};
-use crate::report::{self, Input, JobResult, Met};
+use crate::report::{self, Input, JobResult};
 use crate::source::{FileProvider, Sources, Span};
 use crate::syntax;
 use crate::syntax::ast::Allow;
 use crate::target::{self, Program};
-use crate::tool::{self, InfluenceField};
+use crate::tool::InfluenceField;
 use crate::verify::{self, Verified};
-use crate::workpiece;
-use crate::workpiece::form::{self, Surface};
+use crate::workpiece::form::Surface;
+use hashed::Hashed;
+use passes::Passes;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -144,6 +147,7 @@ pub struct Planned {
 /// Compiles the jobs of one file.
 pub fn compile(files: &dyn FileProvider, request: &Request, watch: &dyn Watch) -> Compilation {
     watch.pass("check");
+    let files = &Hashed::new(files);
     let options = eval::Options { sets: request.sets.clone(), job: request.job.clone() };
     let compiled = eval::compile(files, &request.path, &options);
     let mut done = Compilation {
@@ -255,232 +259,6 @@ fn head(span: Span, sources: &Sources) -> Span {
     }
 }
 
-/// Runs the passes of one job, as far as they go.
-struct Passes<'a> {
-    files: &'a dyn FileProvider,
-    request: &'a Request,
-    watch: &'a dyn Watch,
-    planned: &'a mut Planned,
-    said: &'a mut Vec<Problem>,
-}
-
-impl Passes<'_> {
-    fn run(&mut self) -> Result<(), Vec<Problem>> {
-        let job = self.planned.job.clone();
-        let until = self.request.until;
-        let refuse = |problems: Vec<Problem>| {
-            if problems.iter().any(|p| p.severity == Severity::Error) { Err(problems) } else { Ok(problems) }
-        };
-        let mut odd = refuse(workpiece::check(&job.workpiece))?;
-        odd.extend(refuse(tool::check(&job.tool, job.robot.as_ref()))?);
-        odd.extend(refuse(output_checks(&job, until))?);
-        self.said.extend(odd);
-        // A look at a plan, a rehearsal or a proof of an older program may speak of a map that is void by now.
-        if until == Until::Program && self.request.purpose == Purpose::Polish {
-            metrology::run_record::check(&self.request.path, &job, self.files).map_err(one)?;
-        }
-
-        let surface: Arc<dyn Surface> = form::surface(&job.workpiece.form, self.files).map_err(one)?.into();
-        self.planned.surface = Some(surface.clone());
-        let surface = &*surface;
-        refuse(workpiece::check_surface(&job.workpiece, surface).into_iter().collect())?;
-        let strategy = job.path.strategy();
-        let measured = if strategy.needs_measurement() { Some(self.measure(&job, surface)?) } else { None };
-        self.watch.pass("path");
-        let limits = job.target.as_ref().map(target::limits);
-        let setting = path::Setting {
-            edge: &job.workpiece.edge,
-            clear: &job.workpiece.clear,
-            surface,
-            most_points: limits.as_ref().map_or(path::MOST_POINTS, |limits| limits.most_points),
-            line_points: limits.as_ref().map_or(usize::MAX, |limits| limits.line_points),
-            measured: measured
-                .as_ref()
-                .map(|(error, influence)| path::Measured { error, influence: &influence.parts[0] }),
-        };
-        let tool_path = path::plan(&job.path, &setting).map_err(one)?;
-        let places = (0..tool_path.points.len()).map(|i| [tool_path.points.x[i], tool_path.points.y[i]]);
-        self.said.extend(refuse(tool::check_fit(&job.tool, surface, places).into_iter().collect())?);
-        path::chord::check(&tool_path, surface, strategy.chord_error()).map_err(one)?;
-        self.said.extend(tool_path.region.iter().flat_map(|region| region.warnings()));
-        if until == Until::Path {
-            self.planned.path = Some(tool_path);
-            return Ok(());
-        }
-        if let (Some(region), Some((error_map, _)), true) = (&tool_path.region, &measured, tool_path.points.is_empty())
-        {
-            let results = report::results_of_nothing(error_map, region);
-            self.said.extend(self.planned.requirements.iter().filter_map(|wanted| not_met(wanted, &results)));
-            self.planned.error_map = Some(error_map.clone());
-            self.planned.path = Some(tool_path);
-            return Ok(());
-        }
-        let (error_map, influence) = match measured {
-            Some(measured) => measured,
-            None => self.measure(&job, surface)?,
-        };
-        let places = (0..tool_path.points.len()).map(|i| [tool_path.points.x[i], tool_path.points.y[i]]);
-        let near_edge = influence.check_places(&job.tool, &job.workpiece, places);
-        self.said.extend(refuse(near_edge.into_iter().collect())?);
-
-        self.watch.pass("forecast");
-        let job::Dwell::corrective(corrective) = &job.dwell;
-        let speed_steps = limits.as_ref().map_or(FINEST_SPEEDS, |limits| limits.speed_steps);
-        let task = dwell::Task {
-            standing: dwell::standing(&tool_path, corrective.acceleration.0, speed_steps),
-            path: tool_path,
-            line_pitch: strategy.line_pitch(),
-            passes: job.path.pass_count(),
-            error: &error_map.grid,
-            clear: &job.workpiece.clear,
-            edge: &job.workpiece.edge,
-            surface,
-            influence: &influence,
-            azimuth: influence.azimuth,
-            standoff: job.tool.standoff(),
-            dwell: corrective,
-            speed_steps,
-        };
-        self.planned.prospect = forecast::prospect(&task, self.said);
-        if self.request.pareto {
-            // What it warns of, the solve says again.
-            let rows = dwell::pareto(&task, &mut Vec::new()).map_err(one)?;
-            self.planned.pareto = Some(report::pareto(&self.planned.name, &rows));
-        }
-        self.watch.pass("dwell");
-        let outcome = dwell::solve(task, self.said).map_err(one)?;
-        if limits.is_some() {
-            let path = &outcome.timed.path;
-            self.said.extend(path::ends::check_last(path, &job.workpiece.edge, influence.radius()));
-        }
-        let clear = &job.workpiece.clear;
-        self.planned.stock = Some(forecast::stock(&outcome.removal, clear, &job.workpiece.form, surface));
-        if let Some(uncertainty) = &job.uncertainty {
-            self.watch.pass("forecast");
-            // What the shop does not know of the gain, several spots say.
-            let spots = influence.spread.and_then(|spread| spread.volume);
-            let uncertainty = job::Uncertainty { gain: uncertainty.gain.or(spots), ..uncertainty.clone() };
-            let mut footprint = dwell::Footprint::over(&influence, influence.azimuth);
-            footprint.standoff = job.tool.standoff();
-            let run = forecast::Run { outcome: &outcome, footprint: &footprint, surface, clear, dwell: corrective };
-            self.planned.expected = forecast::expect(&uncertainty, &run).map_err(one)?;
-            self.planned.uncertainty = Some(uncertainty);
-        }
-        if let Some(limits) = &limits {
-            dwell::check_segment_times(
-                &outcome.timed,
-                job.tool.standoff(),
-                corrective,
-                &limits.segment_times,
-                self.said,
-            )
-            .map_err(one)?;
-        }
-        if let Some(asked) = &job.figures {
-            let of = |grid: &Grid| metrology::surface_figures(grid, &job.workpiece.clear, asked).map_err(one);
-            self.planned.figures = Some([of(&error_map.grid)?, of(&outcome.residual)?]);
-        }
-        self.planned.dwell = Some(outcome);
-        self.planned.error_map = Some(error_map);
-        self.planned.influence = Some(influence);
-        let (Some(robot), Some(limits)) = (&job.robot, &limits) else { return Ok(()) };
-        if until == Until::Dwell {
-            return Ok(());
-        }
-
-        self.watch.pass("motion");
-        let bounds = job.workpiece.edge.bounds();
-        let request = motion::Request {
-            standoff: job.tool.standoff(),
-            azimuth: job.tool.azimuth(),
-            tool_ball: job.tool.ball(),
-            part: [bounds.min, bounds.max],
-            acceleration: corrective.acceleration.0,
-            purpose: self.request.purpose,
-            room: limits.room,
-            speed_steps,
-        };
-        // Moved, not copied: with five million points a copy is half a gigabyte.
-        let timed = self.planned.dwell.as_mut().map(|outcome| std::mem::take(&mut outcome.timed)).unwrap_or_default();
-        let checked = motion::plan(timed, robot, &request).map_err(one)?;
-        self.planned.motion = Some(checked);
-        if until == Until::Motion {
-            return Ok(());
-        }
-
-        self.watch.pass("target");
-        let Some(checked) = &self.planned.motion else { return Ok(()) };
-        let draft = target::emit(&self.planned.name, checked, &job)?;
-        self.watch.pass("verify");
-        let program = verify::verify(draft, checked, &job, surface)?;
-        self.planned.program = Some(program);
-        Ok(())
-    }
-
-    /// What the job's measurements say: the error map on the part, and the influence function.
-    fn measure(&mut self, job: &Job, surface: &dyn Surface) -> Result<(ErrorMap, InfluenceField), Vec<Problem>> {
-        self.watch.pass("metrology");
-        let error_map = metrology::error_map(&job.workpiece, self.files, self.said).map_err(one)?;
-        let influence = InfluenceField::new(&job.tool, &job.workpiece, surface, self.files, self.said)?;
-        Ok((error_map, influence))
-    }
-}
-
-/// W0640 where there is nothing to polish, and yet a requirement does not hold.
-fn not_met(wanted: &Requirement, results: &BTreeMap<String, f64>) -> Option<Problem> {
-    let found = report::requirement(wanted, results);
-    (found.met == Met::No).then(|| {
-        let message = format!(
-            "there is nothing to polish, but the job requires `{}`, and the map has {}",
-            found.text, found.value
-        );
-        Problem::warning(code::W0640, "path.above", message)
-            .help("lower `above` and `tolerance` until they select what the requirement asks for")
-    })
-}
-
-fn one(problem: Problem) -> Vec<Problem> {
-    vec![problem]
-}
-
-/// What a job that asks for a program must have.
-fn output_checks(job: &Job, until: Until) -> Vec<Problem> {
-    let mut problems = Vec::new();
-    if until < Until::Motion {
-        return problems;
-    }
-    match (&job.robot, &job.target) {
-        (None, None) => {}
-        (Some(_), None) => problems.push(
-            Problem::error(code::E1103, "robot", "the job names a robot and no target to write a program for")
-                .help("add `target: rapid { … }`, or take `robot` out to plan as far as dwell"),
-        ),
-        (None, Some(_)) => problems.push(
-            Problem::error(code::E1103, "target", "the job names a target and no robot")
-                .help("add `robot: … with { cell: … }`, or take `target` out to plan as far as dwell"),
-        ),
-        (Some(_), Some(_)) => {
-            let listed: Vec<&str> = job.unchecked.iter().flatten().map(|u| u.name()).collect();
-            let missing: Vec<&str> = Unchecked::ALL.iter().map(|u| u.name()).filter(|w| !listed.contains(w)).collect();
-            if !missing.is_empty() {
-                problems.push(
-                    Problem::error(
-                        code::E1104,
-                        "unchecked",
-                        format!("`unchecked` does not name {}, which this compiler does not check", missing.join(", ")),
-                    )
-                    .note("only the tool tip is checked against the part; every report repeats the list")
-                    .help("write `unchecked: [arm, cell, cable, fixture]` once somebody has looked at them"),
-                );
-            }
-        }
-    }
-    problems
-}
-
-/// Programmed speeds without a target: the digits of a single-precision number, which is what the finest controller keeps.
-const FINEST_SPEEDS: SpeedSteps = SpeedSteps::Digits(7);
-
 /// Says whether an edited or foreign `program` does what the first job of `done` asks, as diagnostics of `done`.
 /// The job must have been compiled as far as [`Until::Motion`].
 pub fn verify(done: &mut Compilation, program: &Program) {
@@ -493,16 +271,19 @@ pub fn verify(done: &mut Compilation, program: &Program) {
             }
             problems
         }
-        _ if planned.nothing().is_some() => vec![
-            Problem::error(code::E0688, "path", "the job finds nothing to polish, so no program does what it asks")
-                .help("do not run it; a program of an earlier cycle belongs to an earlier map"),
-        ],
+        _ if planned.nothing().is_some() => vec![no_program()],
         _ => vec![target::no_target()],
     };
     let found: Vec<Diagnostic> =
         problems.into_iter().map(|problem| in_text(problem, &planned.origins, &done.sources)).collect();
     done.diagnostics.extend(found);
     render::sort(&mut done.diagnostics);
+}
+
+/// E0688: of a job that finds nothing to polish there is no program to look at.
+fn no_program() -> Problem {
+    Problem::error(code::E0688, "path", "the job finds nothing to polish, so no program does what it asks")
+        .help("do not run it; a program of an earlier cycle belongs to an earlier map")
 }
 
 /// What to say of a program that was written for another purpose: the names of a dry run's files say so.
@@ -612,11 +393,9 @@ impl Planned {
 
     /// The files that the job was made from, by content: the texts, then the data. Names are relative to the job's folder
     /// (the last part alone for a file elsewhere), so that a build in another place is the same.
-    fn inputs(&self, files: &dyn FileProvider, sources: &Sources, job: &str) -> Vec<Input> {
-        let input = |path: &str, bytes: &[u8]| Input {
-            file: shown(path, job),
-            blake3: blake3::hash(bytes).to_hex().to_string(),
-        };
+    fn inputs(&self, files: &Hashed, sources: &Sources, job: &str) -> Vec<Input> {
+        let input =
+            |path: &str, hash: blake3::Hash| Input { file: shown(path, job), blake3: hash.to_hex().to_string() };
         // stdlib belongs to the compiler, whose version is stated; values of `--set` stand in no file.
         let texts = sources.iter().filter(|(_, name, _)| !name.starts_with(['<', '-']));
         let workpiece = &self.job.workpiece;
@@ -628,8 +407,9 @@ impl Planned {
             .chain(wanted)
             .chain(workpiece.form.files())
             .chain(self.job.tool.influence().files())
-            .filter_map(|path| Some(input(path, &files.read(path, height_map::MOST_BYTES).ok()?)));
-        texts.map(|(_, name, text)| input(name, text.as_bytes())).chain(data).collect()
+            // What a job names and no pass has read made nothing of the plan.
+            .filter_map(|path| Some(input(path, files.hash(path)?)));
+        texts.map(|(_, name, text)| input(name, blake3::hash(text.as_bytes()))).chain(data).collect()
     }
 }
 

@@ -77,9 +77,9 @@ fn flat() -> Job {
     Job { folder: "examples/flat_340", file: "flat_340.polish", set: "pitch=2mm".into(), map: None }
 }
 
-/// `map` lies on the disk for the tool, and by the same name in memory.
-fn real() -> Job {
-    let path = scratch("map").join("generated.dat");
+/// `map` lies on the disk for the tool, and by the same name in memory; tests that run at the same time each have their own.
+fn real(folder: &str) -> Job {
+    let path = scratch(folder).join("generated.dat");
     std::fs::write(&path, map()).expect("a map");
     let name = path.to_str().expect("UTF-8").to_string();
     Job { folder: "tests/jobs", file: "real_map.polish", set: format!("map={name}"), map: Some((name, map())) }
@@ -87,7 +87,7 @@ fn real() -> Job {
 
 /// The same part on a KUKA.
 fn kuka() -> Job {
-    let mut job = real();
+    let mut job = real("map_kuka");
     job.file = "kuka_map.polish";
     job
 }
@@ -174,7 +174,7 @@ fn threads_do_not_change_flat_340() {
 
 #[test]
 fn threads_do_not_change_a_measured_part() {
-    same_with_any_threads(&real(), "real");
+    same_with_any_threads(&real("map"), "real");
 }
 
 #[test]

@@ -4,10 +4,10 @@
 
 use polishc::dwell::Footprint;
 use polishc::dwell::bounds::Bounds;
-use polishc::dwell::descent::{LinearOperator, descend};
+use polishc::dwell::descent::{Ended, LinearOperator, descend};
 use polishc::dwell::objective::{Base, Objective, Wanted};
 use polishc::dwell::removal::{Removal, Samples, Window, deposit};
-use polishc::dwell::solver::{MOST_ITERATIONS, STOP};
+use polishc::dwell::solver::STOP;
 use polishc::path::{Line, Link, Points, ToolPath};
 use polishc::tool::InfluenceFunction;
 use std::collections::BTreeSet;
@@ -115,7 +115,7 @@ fn solve(file: &str, base: Base) -> (f64, f64) {
         .collect();
     let mut domain = Bounds::new(&lower, &upper, &start);
     let found = descend(&mut operator, &wanted, &mut domain, STOP);
-    assert!(found.iterations <= MOST_ITERATIONS);
+    assert_ne!(found.ended, Ended::Iterations);
     let times = domain.into_times();
     let removed = deposit(&samples, &times, &footprint, &window);
     let left: Vec<f64> =

@@ -72,12 +72,15 @@ impl Tolerance {
     /// Of keys with tolerances of their own: `KIND_rel` holds for every key that begins with KIND and is relative, any other is
     /// absolute and holds for its key; a key that is not named takes that of a key in the same unit (`lift_nm` that of `rms_nm`).
     fn of_key(keys: &serde_json::Map<String, Value>, key: &str) -> Result<Tolerance, String> {
+        if let Some(own) = keys.get(key).and_then(Value::as_f64) {
+            return Ok(Tolerance::Absolute(own));
+        }
         let unit = |key: &str| key.rsplit('_').next().map(str::to_string);
         for (name, value) in keys {
             let value = value.as_f64().ok_or("a tolerance that is no number")?;
             match name.strip_suffix("_rel") {
                 Some(kind) if key.starts_with(kind) => return Ok(Tolerance::Relative(value)),
-                None if name == key || unit(name) == unit(key) => return Ok(Tolerance::Absolute(value)),
+                None if unit(name) == unit(key) => return Ok(Tolerance::Absolute(value)),
                 _ => {}
             }
         }

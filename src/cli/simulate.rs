@@ -39,10 +39,13 @@ pub fn simulate(
     let mut written = 0;
     if let Some(folder) = folder {
         timings.pass("write");
-        let files = files(&found);
-        written = files.len();
-        let outputs = [Output { folder: folder.to_path_buf(), files, stale: Vec::new() }];
-        if let Err(message) = output::write_all(&mut RealFolder, &outputs) {
+        let done_writing =
+            files(&found).ok_or_else(|| "the result does not fit into its files".to_string()).and_then(|files| {
+                written = files.len();
+                let outputs = [Output { folder: folder.to_path_buf(), files, stale: Vec::new() }];
+                output::write_all(&mut RealFolder, &outputs)
+            });
+        if let Err(message) = done_writing {
             done.diagnostics.push(
                 Diagnostic::placeless(code::E1201, message)
                     .help("nothing was written; choose a folder that can be written to with `-o DIR`, or make room"),
@@ -104,17 +107,18 @@ fn run(
     Some(found)
 }
 
-/// `NAME.residual.npy`, `NAME.removal.npy`: metres, the error map's grid, rows towards +y; `simulate.json`.
-fn files(found: &Simulation) -> Vec<(String, Vec<u8>)> {
+/// `NAME.residual.npy`, `NAME.removal.npy`: metres, the error map's grid, rows towards +y; `simulate.json`. `None` where one of them
+/// cannot be written as such.
+fn files(found: &Simulation) -> Option<Vec<(String, Vec<u8>)>> {
     let outcome = &found.outcome;
     let mut files = Vec::new();
     for (word, grid) in [("residual", &outcome.residual), ("removal", &outcome.removal)] {
-        let bytes = npy::write(grid.columns, &grid.values).unwrap_or_default();
+        let bytes = npy::write(grid.columns, &grid.values)?;
         files.push((format!("{}.{word}.npy", found.result.job), bytes));
     }
-    let text = serde_json::to_string_pretty(&found.result).unwrap_or_default() + "\n";
+    let text = serde_json::to_string_pretty(&found.result).ok()? + "\n";
     files.push(("simulate.json".into(), text.into_bytes()));
-    files
+    Some(files)
 }
 
 fn tell(result: &SimulationResult) {

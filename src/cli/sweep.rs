@@ -174,6 +174,10 @@ impl FileProvider for Once<'_> {
     fn list(&self, path: &str) -> Result<Vec<String>, FileError> {
         self.files.list(path)
     }
+
+    fn project_file(&self) -> Option<String> {
+        self.files.project_file()
+    }
 }
 
 struct Row {

@@ -183,7 +183,7 @@ impl Table {
 }
 
 /// Cosine of the surface's slope at every pixel; 1 where the form does not exist.
-pub(super) fn cosines(surface: &dyn Surface, window: &Window) -> Vec<f64> {
+pub(crate) fn cosines(surface: &dyn Surface, window: &Window) -> Vec<f64> {
     let cosine = |i: usize| {
         let [x, y] = window.position(i);
         surface.at(x, y).map_or(1.0, |point| point.normal()[2])

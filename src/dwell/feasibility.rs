@@ -262,7 +262,6 @@ fn deeper_helps(figures: &Figures, piston: &Piston) -> bool {
 
 /// What is wrong (E0708) or odd about a solved run.
 pub(super) fn check_solved(figures: &Figures, dwell: &Corrective, warnings: &mut Vec<Problem>) -> Result<(), Problem> {
-    // The prediction follows the ramps and the solver does not: they may differ by a twentieth of a layer.
     // A tenth of the times at a bound is where the reference study saw the residual suffer.
     if figures.at_bounds > 0.1 {
         let message = format!(

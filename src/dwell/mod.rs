@@ -31,6 +31,7 @@ mod start;
 mod steps;
 mod timed;
 
+pub(crate) use curved::cosines;
 pub use feasibility::{SegmentTimes, check_segment_times};
 pub use footprint::{Footprint, floor_depth};
 pub use outcome::{Figures, Outcome, predict};
@@ -38,4 +39,5 @@ pub use pareto::{Choice, pareto};
 pub use plan::{Task, solve};
 pub use ripple::{Ripple, ripple};
 pub use steps::{SpeedSteps, decimals_of};
+pub(crate) use timed::standing_depths;
 pub use timed::{Standing, TimedPath, standing, written};

@@ -18,7 +18,8 @@ pub enum Base {
 pub enum Objective {
     /// `1/2 sum w r²`.
     Squares,
-    /// `1/p log sum w (exp(p r) + exp(-p r))`: a smooth stand-in for the largest |r|, never below it, above it by at most
+    /// `1/p log sum w (exp(p r) + exp(-p r))`: a smooth stand-in for the largest |r|, never below it (by at most `log(1/w)/p` where a
+    /// rim pixel counts in part), above it by at most
     /// `log(2 sum w)/p`. With the even layer free it is half of a smooth peak to valley. `sharpness` is p, one over the
     /// unit of r.
     Largest { sharpness: f64 },

@@ -50,10 +50,6 @@ pub fn pareto(task: &Task, warnings: &mut Vec<Problem>) -> Result<Vec<Choice>, P
         while rows.last().is_some_and(|last| choice.time <= last.time && choice.rms <= last.rms) {
             rows.pop();
         }
-        // What is neither faster nor better than a later one is no choice.
-        while rows.last().is_some_and(|last| choice.time <= last.time && choice.rms <= last.rms) {
-            rows.pop();
-        }
         if rows.last().is_none_or(|last| choice.time <= (1.0 - SAVED) * last.time) {
             rows.push(choice);
         }

@@ -11,11 +11,11 @@ use super::field::Field;
 use super::footprint::{Footprint, floor_depth};
 use super::objective::{Base, Figures as Residual};
 use super::outcome::{Figures, Outcome, predict};
-use super::removal::{Removal, Samples, deposit};
+use super::removal::{Removal, Samples};
 use super::solver::{Aim, LATER_ITERATIONS, MOST_ITERATIONS, NOTHING, Solved, Solver};
 use super::speed::{self, Limits, Segments};
 use super::start::{Start, start};
-use super::timed::{Standing, TimedPath};
+use super::timed::{Standing, TimedPath, standing_depths};
 use crate::diagnostics::Problem;
 use crate::height_map::Grid;
 use crate::job::{self, Aperture, Corrective};
@@ -104,10 +104,7 @@ pub(super) fn prepare<'a>(task: &Task<'a>, warnings: &mut Vec<Problem>) -> Resul
     let asked: Vec<f64> = coarse.values.iter().map(|height| fraction * height).collect();
     // What a standing tool removes is fixed: the rest is asked of the segments.
     let landing_time = task.standing.iter().map(|s| s.seconds).fold(0.0, f64::max);
-    let (x, y): (Vec<f64>, Vec<f64>) =
-        task.standing.iter().map(|s| (task.path.points.x[s.point], task.path.points.y[s.point])).unzip();
-    let seconds: Vec<f64> = task.standing.iter().map(|s| s.seconds).collect();
-    let fixed = deposit(&Samples::points(&x, &y), &seconds, &footprint, &coarse.window);
+    let fixed = standing_depths(&task.path, &task.standing, &footprint, &coarse.window);
     let depths: Vec<f64> = asked.iter().zip(&fixed).map(|(asked, fixed)| asked - fixed).collect();
     // A segment's fastest: full feed, as far as corners allow it and the arm gets there from rest and back.
     let mut fastest: Vec<f64> = (0..segments.length.len()).map(|i| segments.greatest(i, &limits)).collect();
@@ -256,19 +253,19 @@ impl Prepared<'_> {
         mut solved: Solved,
     ) -> Solved {
         let weights = &self.coarse.weights;
-        let mut best: Option<(f64, Solved)> = None;
+        let mut best: Option<(f64, Solved, Vec<f64>)> = None;
         for correction in 0..=MOST_CORRECTIONS {
             timed.set_speeds(&self.segments, &solved.speeds);
             let removed = relief.removal(timed, &self.footprint, &self.limits);
-            let missing = missing(&self.asked, &removed, weights);
+            let missing = missing(&self.asked, &removed, weights, self.base);
             let rms = mean(&missing, weights, |d| d * d).sqrt();
-            let earlier = best.as_ref().map_or(f64::INFINITY, |(rms, _)| *rms);
+            let earlier = best.as_ref().map_or(f64::INFINITY, |(rms, ..)| *rms);
             let plain = libm::hypot(solved.figures.rms, solver.elsewhere);
             // As good as the solver is on its plane, or no better than before.
             let good = libm::hypot(rms, solver.elsewhere) <= (1.0 + CORRECTED) * plain || rms <= NOTHING;
             let start = solved.times.clone();
             if rms < earlier {
-                best = Some((rms, solved.clone()));
+                best = Some((rms, solved.clone(), target.to_vec()));
             }
             if good || correction == MOST_CORRECTIONS || rms > (1.0 - CORRECTED) * earlier {
                 break;
@@ -279,14 +276,17 @@ impl Prepared<'_> {
             solved = solver.solve(target, &start, LATER_ITERATIONS);
         }
         match best {
-            Some((rms, found)) => Solved { figures: Residual { rms, ..found.figures }, ..found },
+            Some((rms, found, asked)) => {
+                target.copy_from_slice(&asked);
+                Solved { figures: Residual { rms, ..found.figures }, ..found }
+            }
             None => solved,
         }
     }
 }
 
 /// Corrections of the wanted depths on a curved part. Each shrinks what the solver's plane gets wrong to a part of it (a
-/// tenth to a third on slopes up to 30 degrees), so that three bring it below the limits' own cost.
+/// tenth to a third on slopes up to 30 degrees), so that three usually bring it below what is worth a correction; two more are kept for steep parts.
 const MOST_CORRECTIONS: usize = 5;
 
 /// Part of the residual that a correction must gain, or that is not worth one: a twentieth of the residual is less than what the
@@ -299,10 +299,13 @@ fn mean(entries: &[f64], weights: &[f64], value: impl Fn(f64) -> f64) -> f64 {
     sum / weights.iter().sum::<f64>()
 }
 
-/// What is wanted and not removed, beside an even layer; 0 where nothing counts.
-fn missing(wanted: &[f64], removed: &[f64], weights: &[f64]) -> Vec<f64> {
+/// What is wanted and not removed, beside the even layer that the job allows; 0 where nothing counts.
+fn missing(wanted: &[f64], removed: &[f64], weights: &[f64], base: Base) -> Vec<f64> {
     let mut missing: Vec<f64> = wanted.iter().zip(removed).map(|(wanted, removed)| wanted - removed).collect();
-    let even = mean(&missing, weights, |d| d);
+    let even = match base {
+        Base::Fixed(layer) => -layer,
+        Base::AtMost(most) => mean(&missing, weights, |d| d).max(-most),
+    };
     for (missing, weight) in missing.iter_mut().zip(weights) {
         *missing = if *weight > 0.0 { *missing - even } else { 0.0 };
     }

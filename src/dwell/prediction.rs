@@ -3,7 +3,8 @@
 //! In: a [`TimedPath`] with its rounded speeds, the footprint, the error map. Out: removal and residual on the map's own
 //! pixels inside the clear aperture.
 //!
-//! It shares nothing with the solver's operator: no binning, no spreading of time, no Fourier transform. Every
+//! Up to [`MOST_STAMPED`] products it shares nothing with the solver's operator: no binning, no spreading of time, no Fourier
+//! transform. Every
 //! part of every segment, with the time that the ramps of [`speed`](super::speed) give it, stamps the influence function on the pixels.
 //! The influence function is tabulated at an eighth of a pixel and interpolated linearly between the four nearest
 //! sub-pixel phases; where the pixel is at most a quarter of the spot's sigma, that is within 2e-4 of the peak of the

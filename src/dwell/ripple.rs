@@ -24,7 +24,6 @@ use crate::height_map::Grid;
 use crate::job::{Aperture, Term};
 use crate::metrology::{psd, subtract};
 use crate::workpiece::form::Surface;
-use rayon::prelude::*;
 
 /// What the lines leave.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,7 +33,7 @@ pub struct Ripple {
     pub rms: f64,
     /// Distance of the lines, metres.
     pub period: f64,
-    /// Middle of the patch that shows most of it.
+    /// Middle of the patch that shows it: where most is removed.
     pub place: [f64; 2],
 }
 
@@ -56,9 +55,8 @@ const STAMPS: [f64; 2] = [-0.288_675_134_594_812_9, 0.288_675_134_594_812_9];
 /// Frequencies that count as the lines', against theirs.
 const BAND: [f64; 2] = [0.75, 1.25];
 
-/// Places tried along each axis, and patches predicted: where most is removed, since the ripple is a share of it.
+/// Places tried along each axis. The one where most is removed is predicted, since the ripple is a share of the removal.
 const PLACES: usize = 5;
-const PATCHES: usize = 1;
 
 /// The ripple that a run leaves. `None` where no patch of eight pitches lies inside the clear aperture.
 pub fn ripple(
@@ -74,34 +72,25 @@ pub fn ripple(
     let along = |axis: usize, k: usize| {
         bounds.min[axis] + (k as f64 + 1.0) / (PLACES as f64 + 1.0) * (bounds.max[axis] - bounds.min[axis])
     };
-    let mut places: Vec<([f64; 2], f64)> = (0..PLACES * PLACES)
+    let (place, _) = (0..PLACES * PLACES)
         .map(|i| [along(0, i % PLACES), along(1, i / PLACES)])
         .filter(|[x, y]| clear.distance(*x, *y) >= side * std::f64::consts::FRAC_1_SQRT_2)
         .filter_map(|place| Some((place, outcome.removal.interpolate(place[0], place[1])?)))
-        .collect();
-    // A stable sort: of equals the first.
-    places.sort_by(|a, b| b.1.total_cmp(&a.1));
-    places.truncate(PATCHES);
+        // Of equals the first.
+        .reduce(|most, one| if one.1 > most.1 { one } else { most })?;
     let limits = Limits::of_arm(acceleration);
-    let found: Vec<Ripple> = places
-        .par_iter()
-        .filter_map(|(place, _)| {
-            let pixel = line_pitch / PIXELS as f64;
-            let count = PITCHES * PIXELS;
-            let origin = place.map(|middle| middle - pixel * (count - 1) as f64 / 2.0);
-            let window = Window { columns: count, rows: count, pixel: [pixel; 2], origin };
-            let depths = patch(&outcome.timed, footprint, surface, &limits, &window, line_pitch / PARTS);
-            let mut grid = Grid { columns: count, rows: count, pixel: [pixel; 2], origin, values: depths };
-            let counts = vec![true; grid.values.len()];
-            // What the run does on a larger scale is no ripple; its low orders would leak through the window.
-            subtract(&mut grid, &counts, &[Term::piston, Term::tilt, Term::power])?;
-            let spectrum = psd(&grid, &counts)?;
-            let [low, high] = BAND.map(|share| share / line_pitch);
-            let rms = spectrum.mean_square_between(low, high).sqrt();
-            Some(Ripple { rms, period: line_pitch, place: *place })
-        })
-        .collect();
-    found.into_iter().reduce(|most, one| if one.rms > most.rms { one } else { most })
+    let pixel = line_pitch / PIXELS as f64;
+    let count = PITCHES * PIXELS;
+    let origin = place.map(|middle| middle - pixel * (count - 1) as f64 / 2.0);
+    let window = Window { columns: count, rows: count, pixel: [pixel; 2], origin };
+    let depths = patch(&outcome.timed, footprint, surface, &limits, &window, line_pitch / PARTS);
+    let mut grid = Grid { columns: count, rows: count, pixel: [pixel; 2], origin, values: depths };
+    let counts = vec![true; grid.values.len()];
+    // What the run does on a larger scale is no ripple; its low orders would leak through the window.
+    subtract(&mut grid, &counts, &[Term::piston, Term::tilt, Term::power])?;
+    let spectrum = psd(&grid, &counts)?;
+    let [low, high] = BAND.map(|share| share / line_pitch);
+    Some(Ripple { rms: spectrum.mean_square_between(low, high).sqrt(), period: line_pitch, place })
 }
 
 /// Depth removed on a small window, metres, by the rate itself, with parts of at most `step`.

@@ -1,6 +1,8 @@
 //! A path with its speeds.
 
 use super::SpeedSteps;
+use super::footprint::Footprint;
+use super::removal::{Samples, Window, deposit};
 use super::speed::{Limits, Segments};
 use crate::path::{self, Link, ToolPath};
 
@@ -29,6 +31,19 @@ pub fn standing(path: &ToolPath, acceleration: f64, steps: SpeedSteps) -> Vec<St
     let Some(landing) = &path.landing else { return Vec::new() };
     let seconds = path::landing::standing(landing, written(landing.speed.0, steps), acceleration);
     path.stands().map(|point| Standing { point, seconds }).collect()
+}
+
+/// Depth that the standing tools remove on the pixels of a window, metres.
+pub(crate) fn standing_depths(
+    path: &ToolPath,
+    standing: &[Standing],
+    footprint: &Footprint,
+    window: &Window,
+) -> Vec<f64> {
+    let points = &path.points;
+    let (x, y): (Vec<f64>, Vec<f64>) = standing.iter().map(|s| (points.x[s.point], points.y[s.point])).unzip();
+    let seconds: Vec<f64> = standing.iter().map(|s| s.seconds).collect();
+    deposit(&Samples::points(&x, &y), &seconds, footprint, window)
 }
 
 /// The greatest speed up to `speed` that can be written; slower than anything that can be: the least that can.

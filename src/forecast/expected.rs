@@ -26,7 +26,7 @@ use crate::dwell::descent::LinearOperator;
 use crate::dwell::field::Field;
 use crate::dwell::removal::{Removal, Samples, Window};
 use crate::dwell::speed::{self, Limits, Segments};
-use crate::dwell::{Footprint, Outcome, TimedPath};
+use crate::dwell::{Footprint, Outcome, TimedPath, cosines, standing_depths};
 use crate::job::{Aperture, Corrective, Uncertainty};
 use crate::workpiece::form::Surface;
 
@@ -143,7 +143,7 @@ struct Errors {
 impl Errors {
     fn new(run: &Run, residual: &Field) -> Errors {
         let Run { outcome, footprint, surface, dwell, .. } = *run;
-        // Twice as coarse as the solver's pixels: spreading over them widens the spot by 2 %, which is little for an error's error.
+        // Twice as coarse as the solver's pixels, on which cubic spreading keeps the spot's width to a tenth of a per cent.
         let coarse = residual.binned(footprint.sigma / 2.0);
         let limits = Limits::of(dwell);
         let segments = Segments::new(&outcome.timed.path, footprint.standoff);
@@ -151,11 +151,7 @@ impl Errors {
         let samples = Samples::segments(&outcome.timed.path, footprint.sigma / 2.0);
         let mut operator = Removal::new(&samples, footprint, coarse.window);
         if !surface.is_plane() {
-            let cosine = |i: usize| {
-                let [x, y] = coarse.window.position(i);
-                surface.at(x, y).map_or(1.0, |point| point.normal()[2])
-            };
-            operator = operator.on_slopes((0..coarse.window.len()).map(cosine).collect());
+            operator = operator.on_slopes(cosines(surface, &coarse.window));
         }
         let mut errors = Errors {
             window: coarse.window,
@@ -169,7 +165,7 @@ impl Errors {
             draws: Vec::new(),
         };
         errors.removal = errors.removed(|_| 1.0);
-        let standing = super::standing(&outcome.timed.path, &outcome.timed.standing, footprint, &errors.window);
+        let standing = standing_depths(&outcome.timed.path, &outcome.timed.standing, footprint, &errors.window);
         errors.removal.iter_mut().zip(standing).for_each(|(depth, more)| *depth += more);
         errors.ideal = errors.centred(coarse.values);
         errors
@@ -280,27 +276,16 @@ impl Errors {
         let count = self.times.len() as u64;
         let mut squares = 0.0;
         for draw in 0..DRAWS {
-            let mut error = vec![0.0; self.times.len()];
+            let mut parts = vec![0.0; self.times.len()];
+            let normal = |i: usize, which: u64| numbers.normal(3 * (draw * count + i as u64) + which);
             for line in self.segments.start.windows(2) {
+                let mut here = normal(line[0], 2);
                 for i in line[0]..line[1] {
-                    let fresh = numbers.normal(draw * count + i as u64);
-                    error[i] = if i == line[0] {
-                        fresh
-                    } else {
-                        // From the middle of the segment before to the middle of this one.
-                        let way = 0.5 * (self.segments.length[i - 1] + self.segments.length[i]);
-                        let kept = libm::exp(-way / over);
-                        kept * error[i - 1] + (1.0 - kept * kept).sqrt() * fresh
-                    };
+                    let (mean, end) = along_a_segment(here, over / self.segments.length[i], normal(i, 0), normal(i, 1));
+                    parts[i] = rms * mean;
+                    here = end;
                 }
             }
-            // A segment feels the mean of the process over its length, which varies less: the double integral of exp(-|d| / over).
-            let part = |i: usize| {
-                let ratio = over / self.segments.length[i];
-                let variance = 2.0 * ratio - 2.0 * ratio * ratio * (1.0 - libm::exp(-1.0 / ratio));
-                rms * variance.min(1.0).sqrt() * error[i]
-            };
-            let parts: Vec<f64> = (0..error.len()).map(part).collect();
             let change = self.removed(|i| parts[i]);
             squares += self.draw(draw, change);
         }
@@ -366,6 +351,24 @@ fn slope(values: &[f64], window: &Window, axis: usize) -> Vec<f64> {
             }
         })
         .collect()
+}
+
+/// The mean of a process over a segment, and its value at the end, from that at the start: a normal process of variance 1 whose
+/// correlation at the distance d is exp(-d / over), with `ratio` = over / length and two normal numbers. Given the start x,
+/// with k = exp(-1 / ratio), the end has the mean k x and the variance 1 - k²; the mean over the segment has the mean
+/// ratio (1 - k) x and the variance 2 ratio - ratio² (3 - 4 k + k²); their covariance is ratio (1 - k)².
+fn along_a_segment(start: f64, ratio: f64, first: f64, second: f64) -> (f64, f64) {
+    let kept = libm::exp(-1.0 / ratio);
+    let spread = (1.0 - kept * kept).max(0.0).sqrt();
+    let end = kept * start + spread * first;
+    // Over a ten-thousandth of its length the process hardly changes, and the differences below would be of rounding.
+    if ratio > 1e4 {
+        return (start, end);
+    }
+    let common = ratio * (1.0 - kept) * (1.0 - kept) / spread;
+    let variance = 2.0 * ratio - ratio * ratio * (3.0 - 4.0 * kept + kept * kept);
+    let own = (variance - common * common).max(0.0).sqrt();
+    (ratio * (1.0 - kept) * start + common * first + own * second, end)
 }
 
 /// A lattice on which smooth random fields are drawn: white noise under a Gaussian of width over/√2, of which the correlation

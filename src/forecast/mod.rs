@@ -20,10 +20,9 @@ pub use transfer::Transfer;
 
 use crate::diagnostics::{Problem, codes};
 use crate::dwell::field::Field;
-use crate::dwell::removal::{Removal, Samples, Window, deposit};
-use crate::dwell::{Footprint, Standing, Task, floor_depth};
+use crate::dwell::removal::{Removal, Samples};
+use crate::dwell::{Footprint, Task, cosines, floor_depth};
 use crate::job::Piston;
-use crate::path::ToolPath;
 
 /// What can be said of a run before it is solved.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,7 +38,7 @@ pub struct Prospect {
 }
 
 /// Looks at a run before it is solved and warns of what stands against it. `None` where the map does not cover the clear
-/// aperture or the feed is no feed: the solver says so.
+/// aperture, its pixels are too coarse, or the feed is no feed: the solver says so.
 pub fn prospect(task: &Task, warnings: &mut Vec<Problem>) -> Option<Prospect> {
     let dwell = task.dwell;
     let numbers = [dwell.feed.from.0, dwell.feed.to.0, dwell.acceleration.0, dwell.removal_fraction];
@@ -51,8 +50,15 @@ pub fn prospect(task: &Task, warnings: &mut Vec<Problem>) -> Option<Prospect> {
     let field = Field::new(task.error, task.clear).ok()?;
     // The pixels of the solver: the spot smooths away everything finer.
     let coarse = field.binned(footprint.sigma / 4.0);
-    let correctable = Correctable::of(&field, &footprint);
+    // Such a map is refused before it is solved (E0706), and a path cut into parts of so small a spot might not fit into memory.
+    if field.window.pixel.iter().any(|side| *side > footprint.sigma / 2.0) {
+        return None;
+    }
     let mut operator = Removal::new(&Samples::segments(&task.path, footprint.sigma / 2.0), &footprint, coarse.window);
+    if !task.surface.is_plane() {
+        operator = operator.on_slopes(cosines(task.surface, &coarse.window));
+    }
+    let correctable = Correctable::of(&field, &footprint);
     let reach = Reach::of(task, &coarse, &footprint, &mut operator);
     let best_rms = correctable.left(dwell.removal_fraction);
     let highest = field.greatest();
@@ -62,14 +68,6 @@ pub fn prospect(task: &Task, warnings: &mut Vec<Problem>) -> Option<Prospect> {
     let prospect = Prospect { before_rms: field.rms(), before_pv, correctable, reach, best_rms };
     warn(task, &footprint, &prospect, highest, warnings);
     Some(prospect)
-}
-
-/// What a tool removes where it stands on the glass.
-fn standing(path: &ToolPath, standing: &[Standing], footprint: &Footprint, window: &Window) -> Vec<f64> {
-    let points = &path.points;
-    let (x, y): (Vec<f64>, Vec<f64>) = standing.iter().map(|s| (points.x[s.point], points.y[s.point])).unzip();
-    let seconds: Vec<f64> = standing.iter().map(|s| s.seconds).collect();
-    deposit(&Samples::points(&x, &y), &seconds, footprint, window)
 }
 
 /// One sigma beyond the clear aperture a path that ends there works at its rim with the share of a normal distribution below

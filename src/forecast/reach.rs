@@ -11,7 +11,7 @@ use crate::dwell::descent::LinearOperator;
 use crate::dwell::field::Field;
 use crate::dwell::removal::Removal;
 use crate::dwell::speed::{self, Limits, Segments};
-use crate::dwell::{Footprint, Task};
+use crate::dwell::{Footprint, Task, standing_depths};
 use crate::job::Piston;
 
 /// A pixel is not reached where the path is weaker than this part of its usual strength: what the transform rounds to.
@@ -44,13 +44,13 @@ impl Reach {
         let dwell = task.dwell;
         let segments = Segments::new(&task.path, footprint.standoff);
         let limits = Limits::of(dwell);
-        let mut fastest = vec![limits.greatest; segments.length.len()];
+        let mut fastest: Vec<f64> = (0..segments.length.len()).map(|i| segments.greatest(i, &limits)).collect();
         speed::limit(&mut fastest, &segments, &limits);
         let shortest = speed::times(&fastest, &segments, &limits);
         let (mut strength, mut removed) = (vec![0.0; coarse.values.len()], vec![0.0; coarse.values.len()]);
         operator.forward(&segments.length, &mut strength);
         operator.forward(&shortest, &mut removed);
-        let standing = super::standing(&task.path, &task.standing, footprint, &coarse.window);
+        let standing = standing_depths(&task.path, &task.standing, footprint, &coarse.window);
         removed.iter_mut().zip(standing).for_each(|(depth, more)| *depth += more);
 
         let inside: Vec<usize> = (0..strength.len()).filter(|&i| coarse.weights[i] > 0.0).collect();

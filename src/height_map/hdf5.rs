@@ -117,6 +117,7 @@ impl<'a> File<'a> {
     fn chunked(&self, dataset: &Dataset, columns: usize, rows: usize, element: Element) -> Result<Vec<f64>, Problem> {
         let broken = || damaged(self.name);
         let mut values = vec![0.0; columns * rows];
+        let mut seen = vec![false; columns * rows];
         let mut pixels = 0;
         for chunk in dataset.iter_chunks().map_err(|_| broken())? {
             let chunk = chunk.map_err(|_| broken())?;
@@ -131,14 +132,15 @@ impl<'a> File<'a> {
             let (height, inside) = (height.min(rows - first_row), width.min(columns - first_column));
             for (row, line) in chunk.bytes().chunks_exact(width.saturating_mul(element.size)).take(height).enumerate() {
                 let at = (first_row + row) * columns + first_column;
-                for (value, bytes) in values[at..at + inside].iter_mut().zip(line.chunks_exact(element.size)) {
+                let places = values[at..at + inside].iter_mut().zip(&mut seen[at..at + inside]);
+                for ((value, seen), bytes) in places.zip(line.chunks_exact(element.size)) {
+                    // Pieces that lie over each other would hide that others are missing, and keep their reader busy.
+                    if std::mem::replace(seen, true) {
+                        return Err(broken());
+                    }
                     *value = element.decode(bytes);
                     pixels += 1;
                 }
-            }
-            // Pieces that lie over each other would keep their reader busy.
-            if pixels > values.len() {
-                return Err(broken());
             }
         }
         if pixels < values.len() {

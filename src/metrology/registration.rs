@@ -126,7 +126,8 @@ pub(super) fn register(
     // The other view: left and right of the picture exchanged, which in the declared frame is a reflection about any line.
     let mirrored = Fit::new(&seen.iter().map(|[x, y]| [-x, *y]).collect::<Vec<_>>(), &known);
     let (left, other, within) = (fit.largest(), mirrored.largest(), asked.within.0);
-    if !left.is_finite() {
+    // Where the marks coincide, scale and residuals are none.
+    if !fit.similarity.scale.is_finite() {
         return Err(Problem::error(codes::E0530, "fiducials", "all marks lie at one place of the picture")
             .help("give the column and the row of each mark as the picture shows them"));
     }

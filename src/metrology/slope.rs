@@ -23,6 +23,10 @@ pub fn slope_rms(grid: &Grid, counts: &[bool], length: f64) -> Option<SlopeRms> 
     for (axis, rms) in axes.iter_mut().enumerate() {
         // In pixels, to a millionth: an end on the centre of a pixel must not ask for the one beyond it.
         let reach = (length / 2.0 / grid.pixel[axis] * 1e6).round() / 1e6;
+        // An end that lies beyond the map from every pixel leaves no slope (and would overflow a place in it).
+        if !(reach < [grid.columns, grid.rows][axis] as f64) {
+            return None;
+        }
         let (whole, part) = (reach.floor() as isize, reach - reach.floor());
         let value = |row: usize, column: usize, steps: isize| -> f64 {
             let (row, column) = match axis {

@@ -1,8 +1,8 @@
 //! Surface figures: what a drawing asks of a surface beside RMS and PV.
 //!
 //! In: a map, the clear aperture, and which figures the job asks for. Out: [`SurfaceFigures`]. All are taken over the
-//! known pixels whose centre lies inside the clear aperture, once piston and tilt are taken off; of the band all of the
-//! eleven lowest polynomials of Noll are, since what they leak would be taken for waves.
+//! known pixels whose centre lies inside the clear aperture. PVr and the polynomials are of the map without piston and tilt, slopes
+//! are about their mean along each axis, and of the band all of the eleven lowest polynomials of Noll are, since what they leak would be taken for waves.
 
 use super::{Psd, ZernikeFit, low_order, psd, pvr, slope_rms, zernike_fit};
 use crate::diagnostics::{Problem, codes};

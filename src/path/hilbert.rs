@@ -11,30 +11,10 @@
 use super::lattice::{Lattice, Square};
 use super::{Laid, Line, Link, Setting, Strategy};
 use crate::diagnostics::{Problem, codes};
-use crate::job::{Aperture, Crossing, Hilbert, Landing, Pass};
-
-/// Most squares of the grid for a point that the path may have: a curve that is hardly ever in its area is none.
-const MOST_SQUARES: f64 = 64.0;
+use crate::job::{Hilbert, Pass};
 
 impl Strategy for Hilbert {
-    fn over(&self) -> &Aperture {
-        &self.over
-    }
-    fn line_pitch(&self) -> f64 {
-        self.line_pitch.0
-    }
-    fn chord_error(&self) -> f64 {
-        self.chord_error.0
-    }
-    fn holes(&self) -> Option<&Crossing> {
-        self.holes.as_ref()
-    }
-    fn landing(&self) -> Option<Landing> {
-        self.landing
-    }
-    fn passes(&self) -> &[Pass] {
-        self.passes.as_deref().unwrap_or_default()
-    }
+    fields_of_lines!();
 
     /// # Errors
     ///
@@ -43,8 +23,9 @@ impl Strategy for Hilbert {
         let (step, pitch) = (self.point_step.0, self.line_pitch.0);
         let lattice = Lattice::new(&self.over, (step, pitch), self.direction.0, pass)?;
         let half = lattice.range(&self.over).iter().flatten().fold(1.0, |most: f64, k| most.max(k.abs()));
-        super::few_enough(4.0 * half * half / MOST_SQUARES, setting)?;
-        let order = libm::ceil(libm::log2(half)) as u32 + 1;
+        let order = libm::ceil(libm::log2(half)) + 1.0;
+        super::few_squares(libm::exp2(2.0 * order))?;
+        let order = order as u32;
         let side = 1i64 << order;
         let mut lines: Vec<Vec<Square>> = Vec::new();
         for square in (0..side * side).map(|k| square(order, k).map(|c| c - side / 2)) {

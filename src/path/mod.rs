@@ -8,6 +8,30 @@
 //! [`chord::check`] makes sure that points lie close enough for the curvature, and [`ends::check`] that no tool stands over the
 //! glass unless the job says how it lands there ([`landing`]).
 
+/// The fields that every path of lines has under the same names, as a [`Strategy`] tells them.
+macro_rules! fields_of_lines {
+    () => {
+        fn over(&self) -> &crate::job::Aperture {
+            &self.over
+        }
+        fn line_pitch(&self) -> f64 {
+            self.line_pitch.0
+        }
+        fn chord_error(&self) -> f64 {
+            self.chord_error.0
+        }
+        fn holes(&self) -> Option<&crate::job::Crossing> {
+            self.holes.as_ref()
+        }
+        fn landing(&self) -> Option<crate::job::Landing> {
+            self.landing
+        }
+        fn passes(&self) -> &[crate::job::Pass] {
+            self.passes.as_deref().unwrap_or_default()
+        }
+    };
+}
+
 pub mod chord;
 pub mod ends;
 mod hilbert;
@@ -282,6 +306,22 @@ fn few_enough(points: f64, setting: &Setting) -> Result<(), Problem> {
     let message = format!("the path has about {points:.0} points; the limit is {}", setting.most_points);
     Err(Problem::error(codes::E0641, "path", message)
         .help("widen `line_pitch` or `point_step`, or raise the controller's `most_points`"))
+}
+
+/// Most squares of a lattice that are looked at, those of the box around the area: one of four is a node with 22 bytes, which
+/// makes 0.4 GB.
+const MOST_SQUARES: f64 = 67_108_864.0;
+
+/// E0641 if the box around an area holds more squares than are looked at, before any is made.
+fn few_squares(squares: f64) -> Result<(), Problem> {
+    if squares <= MOST_SQUARES {
+        return Ok(());
+    }
+    let message = format!(
+        "the box around the path's area holds about {squares:.0} squares of `line_pitch`; at most {MOST_SQUARES:.0} are looked at"
+    );
+    Err(Problem::error(codes::E0641, "path.line_pitch", message)
+        .help("widen `line_pitch`, or take an area that fills its box"))
 }
 
 #[cfg(test)]

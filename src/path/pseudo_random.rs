@@ -20,30 +20,10 @@
 use super::lattice::{Lattice, Square};
 use super::{Laid, Line, Link, Setting, Strategy, ends};
 use crate::diagnostics::{Problem, codes};
-use crate::job::{Aperture, Crossing, Landing, Pass, PseudoRandom};
-
-/// Most squares of the box around the area for a point that the path may have.
-const MOST_SQUARES: f64 = 64.0;
+use crate::job::{Aperture, Pass, PseudoRandom};
 
 impl Strategy for PseudoRandom {
-    fn over(&self) -> &Aperture {
-        &self.over
-    }
-    fn line_pitch(&self) -> f64 {
-        self.line_pitch.0
-    }
-    fn chord_error(&self) -> f64 {
-        self.chord_error.0
-    }
-    fn holes(&self) -> Option<&Crossing> {
-        self.holes.as_ref()
-    }
-    fn landing(&self) -> Option<Landing> {
-        self.landing
-    }
-    fn passes(&self) -> &[Pass] {
-        self.passes.as_deref().unwrap_or_default()
-    }
+    fields_of_lines!();
 
     /// # Errors
     ///
@@ -52,7 +32,7 @@ impl Strategy for PseudoRandom {
         let (step, pitch) = (self.point_step.0, self.line_pitch.0);
         let lattice = Lattice::new(&self.over, (step, pitch), self.direction.0, pass)?;
         let [[west, east], [south, north]] = lattice.range(&self.over);
-        super::few_enough((east - west) * (north - south) / MOST_SQUARES, setting)?;
+        super::few_squares((east - west) * (north - south))?;
         let nodes = Nodes::new(&self.over, &lattice, pitch, [[west, east], [south, north]]);
         let mut chance = Chance { seed: self.seed as u64, count: 0 };
         let trees = Trees::random(&nodes, &mut chance);

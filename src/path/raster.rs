@@ -14,7 +14,7 @@
 
 use super::{Laid, Line, Link, Setting, Strategy};
 use crate::diagnostics::{Problem, codes};
-use crate::job::{Aperture, Crossing, Landing, Lines, Pass, Place, Polygon, Raster};
+use crate::job::{Aperture, Lines, Pass, Place, Polygon, Raster};
 use crate::units::si::Length;
 use crate::workpiece::aperture::BOUNDARY;
 
@@ -95,24 +95,7 @@ fn grown(aperture: &Aperture) -> Aperture {
 }
 
 impl Strategy for Raster {
-    fn over(&self) -> &Aperture {
-        &self.over
-    }
-    fn line_pitch(&self) -> f64 {
-        self.line_pitch.0
-    }
-    fn chord_error(&self) -> f64 {
-        self.chord_error.0
-    }
-    fn holes(&self) -> Option<&Crossing> {
-        self.holes.as_ref()
-    }
-    fn landing(&self) -> Option<Landing> {
-        self.landing
-    }
-    fn passes(&self) -> &[Pass] {
-        self.passes.as_deref().unwrap_or_default()
-    }
+    fields_of_lines!();
 
     /// # Errors
     ///

@@ -12,29 +12,12 @@
 use super::round::{self, Ring};
 use super::{Laid, Line, Link, Setting, Strategy};
 use crate::diagnostics::{Problem, codes};
-use crate::job::{Aperture, Crossing, Landing, Pass, Rings, Start};
+use crate::job::{Pass, Rings, Start};
 use crate::workpiece::aperture::BOUNDARY;
 use std::f64::consts::{PI, TAU};
 
 impl Strategy for Rings {
-    fn over(&self) -> &Aperture {
-        &self.over
-    }
-    fn line_pitch(&self) -> f64 {
-        self.line_pitch.0
-    }
-    fn chord_error(&self) -> f64 {
-        self.chord_error.0
-    }
-    fn holes(&self) -> Option<&Crossing> {
-        self.holes.as_ref()
-    }
-    fn landing(&self) -> Option<Landing> {
-        self.landing
-    }
-    fn passes(&self) -> &[Pass] {
-        self.passes.as_deref().unwrap_or_default()
-    }
+    fields_of_lines!();
 
     /// # Errors
     ///

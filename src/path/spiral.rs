@@ -16,28 +16,11 @@
 use super::round::{self, Ring};
 use super::{Laid, Line, Link, Setting, Strategy};
 use crate::diagnostics::Problem;
-use crate::job::{Aperture, Crossing, Landing, Pass, Spiral, Start};
+use crate::job::{Pass, Spiral, Start};
 use std::f64::consts::{PI, TAU};
 
 impl Strategy for Spiral {
-    fn over(&self) -> &Aperture {
-        &self.over
-    }
-    fn line_pitch(&self) -> f64 {
-        self.line_pitch.0
-    }
-    fn chord_error(&self) -> f64 {
-        self.chord_error.0
-    }
-    fn holes(&self) -> Option<&Crossing> {
-        self.holes.as_ref()
-    }
-    fn landing(&self) -> Option<Landing> {
-        self.landing
-    }
-    fn passes(&self) -> &[Pass] {
-        self.passes.as_deref().unwrap_or_default()
-    }
+    fields_of_lines!();
 
     /// # Errors
     ///

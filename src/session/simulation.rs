@@ -3,7 +3,7 @@
 //! In: a [`Compilation`] and what to simulate. Out: a [`Simulation`] of its first job, whose oddities are told as the
 //! compilation's.
 
-use super::{Compilation, Planned, in_text};
+use super::{Compilation, Planned, in_text, no_program};
 use crate::diagnostics::{Diagnostic, Problem, codes, render};
 use crate::dwell::Outcome;
 use crate::job;
@@ -62,7 +62,7 @@ fn simulation(planned: &Planned, of: &Of, said: &mut Vec<Problem>) -> Result<Sim
     let (Some(plan), Some(map), Some(influence), Some(surface), Some(timed)) =
         (&planned.dwell, &planned.error_map, &planned.influence, &planned.surface, planned.timed())
     else {
-        return Err(Vec::new());
+        return Err(planned.nothing().map(|_| no_program()).into_iter().collect());
     };
     let job = &planned.job;
     let job::Dwell::corrective(dwell) = &job.dwell;

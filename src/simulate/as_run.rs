@@ -97,9 +97,9 @@ pub fn as_run(log: &Log, plan: &Plan, stand: &Stand) -> Result<AsRun, Problem> {
     run.interval = median(log.time.windows(2).map(|pair| pair[1] - pair[0]));
     let feet: Vec<Option<Foot>> = log.position.iter().map(|p| foot_on(stand.surface, *p)).collect();
     run.height = median(feet.iter().flatten().map(|foot| foot.height));
-    let reach = stand.standoff.abs() + LIFTED;
-    // Written so that a height that is no number is refused.
-    if !(run.height.abs() <= reach) {
+    // A log tells of the contact or of the tool centre point; a height that is no number is neither.
+    let near = |height: f64| (run.height - height).abs() <= LIFTED;
+    if !(near(0.0) || near(stand.standoff)) {
         let message = format!(
             "the log lies {:.3} mm above the surface, where the tool centre point goes at {:.3} mm",
             run.height * 1e3,

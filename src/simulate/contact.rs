@@ -98,6 +98,8 @@ pub fn of_trace(trace: &Trace, stand: &Stand, acceleration: f64) -> Result<Conta
     let mut found = Contact::default();
     let mut before = false;
     let mut first = 0;
+    // Whether the stretch begins where the one before it stopped.
+    let mut goes_on = false;
     for i in 0..trace.len() {
         let foot = foot_of_tool(stand, trace.position[i], trace.axis[i]);
         let on = match foot {
@@ -125,6 +127,10 @@ pub fn of_trace(trace: &Trace, stand: &Stand, acceleration: f64) -> Result<Conta
             }
         };
         if !follows {
+            if !goes_on {
+                check_goes_somewhere(&found.timed, first, stand)?;
+            }
+            goes_on = false;
             close(&mut found.timed, first);
             if before && !on && straight {
                 stands(&mut found.timed);
@@ -143,13 +149,34 @@ pub fn of_trace(trace: &Trace, stand: &Stand, acceleration: f64) -> Result<Conta
             // The next stretch begins at rest where this one ends.
             close(&mut found.timed, first);
             first = found.timed.path.points.len();
+            goes_on = true;
             found.timed.path.points.push(contact, normal);
             found.timed.speed.push(trace.speed[i]);
         }
     }
+    if !goes_on {
+        check_goes_somewhere(&found.timed, first, stand)?;
+    }
     close(&mut found.timed, first);
     found.too_fast = reachable(&mut found.timed, stand.standoff, acceleration);
     Ok(found)
+}
+
+/// E1300 where the tool touches the part in the one point from `first` on and goes nowhere: a touch is no stretch, and what it
+/// removes is not reckoned.
+fn check_goes_somewhere(timed: &TimedPath, first: usize, stand: &Stand) -> Result<(), Problem> {
+    let points = &timed.path.points;
+    if points.len() != first + 1 || stand.edge.distance(points.x[first], points.y[first]) < -stand.reach {
+        return Ok(());
+    }
+    let message = format!(
+        "the tool touches the part at x {:.3} mm, y {:.3} mm and goes nowhere from there",
+        points.x[first] * 1e3 + 0.0,
+        points.y[first] * 1e3 + 0.0
+    );
+    Err(Problem::error(codes::E1300, "target", message)
+        .note("what a touch without a move removes is not reckoned")
+        .help("put the moves back, and see `polishc verify` for what else differs"))
 }
 
 /// Makes a line of the points from `first` on; a single point is no stretch.

@@ -66,7 +66,7 @@ impl InfluenceField {
         warnings: &mut Vec<Problem>,
     ) -> Result<InfluenceField, Vec<Problem>> {
         if let Influence::set(set) = tool.influence() {
-            return of_set(set, tool, workpiece, files, warnings);
+            return of_set(set, tool, workpiece, surface, files, warnings);
         }
         if models_the_edge(tool) {
             let (Influence::preston(preston), Tool::planetary_pad(pad)) = (tool.influence(), tool) else {
@@ -77,14 +77,7 @@ impl InfluenceField {
             let (edge, parts) = PadEdge::new(pad, preston, &workpiece.edge).map_err(one)?;
             return Ok(InfluenceField { parts, azimuth: tool.azimuth(), spread: None, weights: Weights::Edge(edge) });
         }
-        if let (Influence::bonnet_contact(contact), Tool::bonnet(bonnet)) = (tool.influence(), tool)
-            && !surface.is_plane()
-        {
-            let curvature = middle_curvature(surface, &workpiece.clear);
-            let function = bonnet::influence(bonnet, contact, curvature).map_err(one)?;
-            return Ok(InfluenceField { azimuth: tool.azimuth(), ..function.into() });
-        }
-        let single = single(tool.influence(), "tool.influence", tool, workpiece, files, warnings)?;
+        let single = single(tool.influence(), "tool.influence", tool, workpiece, surface, files, warnings)?;
         let azimuth = if single.turns { tool.azimuth() } else { 0.0 };
         Ok(InfluenceField { azimuth, spread: single.spread, ..single.function.into() })
     }
@@ -133,21 +126,20 @@ impl InfluenceField {
         tool: &Tool,
         workpiece: &Workpiece,
         places: impl Iterator<Item = [f64; 2]> + Clone,
-    ) -> Option<Problem> {
-        if let Tool::planetary_pad(pad) = tool
-            && let Some(problem) = pad_edge::check(pad, &workpiece.edge, places.clone())
-        {
-            return Some(problem);
-        }
-        let Weights::Along(along, known) = &self.weights else { return None };
-        let (first, last) = (known.first()?, known.last()?);
+    ) -> Vec<Problem> {
+        let mut found: Vec<Problem> = match tool {
+            Tool::planetary_pad(pad) => pad_edge::check(pad, &workpiece.edge, places.clone()).into_iter().collect(),
+            Tool::mrf_wheel(_) | Tool::bonnet(_) => Vec::new(),
+        };
+        let Weights::Along(along, known) = &self.weights else { return found };
+        let (Some(first), Some(last)) = (known.first(), known.last()) else { return found };
         let beyond = |place: f64| (first - place).max(place - last);
         let (farthest, place) = places
             .map(|[x, y]| coordinate(*along, x, y))
             .map(|place| (beyond(place), place))
             .fold((0.0, 0.0), |worst, here| if here.0 > worst.0 { here } else { worst });
         if farthest <= self.radius() {
-            return None;
+            return found;
         }
         let what = match along {
             Along::radius => "radius",
@@ -160,11 +152,12 @@ impl InfluenceField {
             first * 1e3,
             last * 1e3
         );
-        Some(
+        found.push(
             Problem::error(codes::E0658, "tool.influence.at", message)
                 .note("the last one holds for a spot's radius beyond its place, and no farther")
                 .help(format!("measure one at {what} {:.1} mm", place * 1e3)),
-        )
+        );
+        found
     }
 }
 
@@ -183,6 +176,7 @@ fn single(
     at: &str,
     tool: &Tool,
     workpiece: &Workpiece,
+    surface: &dyn Surface,
     files: &dyn FileProvider,
     warnings: &mut Vec<Problem>,
 ) -> Result<Single, Vec<Problem>> {
@@ -209,7 +203,8 @@ fn single(
         (Influence::preston(preston), Tool::planetary_pad(pad)) => turning(pad::influence(pad, preston).map_err(one)?),
         (Influence::preston(_), _) => Err(one(not_of("preston", "planetary_pad", tool, at))),
         (Influence::bonnet_contact(contact), Tool::bonnet(bonnet)) => {
-            turning(bonnet::influence(bonnet, contact, 0.0).map_err(one)?)
+            let curvature = middle_curvature(surface, &workpiece.clear, at).map_err(one)?;
+            turning(bonnet::influence(bonnet, contact, curvature).map_err(one)?)
         }
         (Influence::bonnet_contact(_), _) => Err(one(not_of("bonnet_contact", "bonnet", tool, at))),
         (Influence::set(_), _) => {
@@ -237,6 +232,7 @@ fn of_set(
     set: &Set,
     tool: &Tool,
     workpiece: &Workpiece,
+    surface: &dyn Surface,
     files: &dyn FileProvider,
     warnings: &mut Vec<Problem>,
 ) -> Result<InfluenceField, Vec<Problem>> {
@@ -261,7 +257,7 @@ fn of_set(
     let mut turns = Vec::new();
     for (i, member) in set.at.iter().enumerate() {
         let at = format!("tool.influence.at.{i}.influence");
-        let single = single(&member.influence, &at, tool, workpiece, files, warnings)?;
+        let single = single(&member.influence, &at, tool, workpiece, surface, files, warnings)?;
         parts.push(single.function);
         turns.push(single.turns);
         let wider = |a: Spread, b: Spread| if b.volume > a.volume { b } else { a };
@@ -279,11 +275,17 @@ fn of_set(
 }
 
 /// The curvature by which a bonnet's contact is told on a curved part, 1/m: the mean of both principal ones in the middle of the
-/// clear aperture.
-fn middle_curvature(surface: &dyn Surface, clear: &crate::job::Aperture) -> f64 {
+/// clear aperture. E0650 where the form does not exist there. Fields are `at`.
+fn middle_curvature(surface: &dyn Surface, clear: &crate::job::Aperture, at: &str) -> Result<f64, Problem> {
+    if surface.is_plane() {
+        return Ok(0.0);
+    }
     let [x, y] = clear.centre();
-    surface.at(x, y).map_or(0.0, |point| {
-        let [low, high] = point.curvature().principal_values();
-        0.5 * (low + high)
-    })
+    let Some(point) = surface.at(x, y) else {
+        let message =
+            "the form does not exist in the middle of the clear aperture, where the bonnet's contact is reckoned";
+        return Err(Problem::error(codes::E0650, at, message).help("measure a spot: `measured { … }`"));
+    };
+    let [low, high] = point.curvature().principal_values();
+    Ok(0.5 * (low + high))
 }

@@ -88,6 +88,8 @@ fn read_within(
     for _ in 0..2 {
         levelled = (0..laid.len()).map(|i| place(&mut laid, i, radius)).collect::<Result<Vec<Grid>, Problem>>()?;
     }
+    // Two that were looked for may have been found at one place.
+    separate(&laid, radius)?;
     let mut rates = Vec::new();
     for (laid, spot) in laid.iter().zip(levelled) {
         rates.push(finish(spot, radius, laid.spot.dwell.0).map_err(|p| of_spot(p, &laid.field))?);

@@ -165,5 +165,13 @@ pub(super) fn numbers(pad: &PlanetaryPad) -> Vec<Problem> {
             refuse(name, format!("the pad's `{name}` has no finite speed"), "a turn has a speed");
         }
     }
+    if pad.eccentricity.0 > 0.0 && pad.orbit.speed.0 == 0.0 {
+        let message = "the orbit stands still, and the pad sits off its axis".to_string();
+        refuse(
+            "orbit",
+            message,
+            "the removal is that of the pad on its whole orbit; a pad that only spins has `eccentricity: 0 mm`",
+        );
+    }
     problems
 }

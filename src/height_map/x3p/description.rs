@@ -12,6 +12,29 @@ use std::collections::BTreeMap;
 /// How deep elements may stand in each other; the standard's own are six deep.
 const DEEPEST: usize = 32;
 
+/// Stands in a text for what was not read there: no number and no path has it, so that a shortened one is not taken for whole.
+const LEFT_OUT: char = '\u{FFFD}';
+
+/// Longest name of an element, bytes: the standard's longest has 18. Names of open elements are joined for every element, so that
+/// long ones would fill the memory.
+const LONGEST_NAME: usize = 100;
+
+fn own_name(element: &str, name: &str) -> Result<String, Problem> {
+    if element.len() > LONGEST_NAME {
+        return Err(container(name, "has a `main.xml` with names that no instrument writes"));
+    }
+    Ok(element.to_string())
+}
+
+/// Adds to an element's text, or marks that more stands there than is read.
+fn take(content: &mut String, words: &str) {
+    if content.len() + words.len() <= LONGEST {
+        content.push_str(words);
+    } else if !content.ends_with(LEFT_OUT) {
+        content.push(LEFT_OUT);
+    }
+}
+
 /// Longest text of an element that is kept; a path in the archive, a checksum, a number.
 const LONGEST: usize = 1000;
 
@@ -41,25 +64,21 @@ impl Description {
                     if open.len() == DEEPEST {
                         return Err(container(name, "has a `main.xml` with elements within elements without end"));
                     }
-                    open.push(element.local_name().as_ref().to_string());
+                    open.push(own_name(element.local_name().as_ref(), name)?);
                     content.clear();
                 }
                 Event::Empty(element) => {
-                    open.push(element.local_name().as_ref().to_string());
+                    open.push(own_name(element.local_name().as_ref(), name)?);
                     found.keep(&open, "", name)?;
                     open.pop();
                 }
                 Event::Text(words) => {
                     let words = words.into_inner();
-                    if content.len() + words.len() <= LONGEST {
-                        content.push_str(&words);
-                    }
+                    take(&mut content, &words);
                 }
                 Event::CData(words) => {
                     let words = words.into_inner();
-                    if content.len() + words.len() <= LONGEST {
-                        content.push_str(&words);
-                    }
+                    take(&mut content, &words);
                 }
                 Event::End(_) => {
                     found.keep(&open, &content, name)?;
@@ -76,6 +95,7 @@ impl Description {
                     if !matches!(&entity[..], "lt" | "gt" | "amp" | "quot" | "apos") && !entity.starts_with('#') {
                         return Err(container(name, "has a `main.xml` with entities of its own"));
                     }
+                    content.push(LEFT_OUT);
                 }
                 Event::Comment(_) | Event::Decl(_) | Event::PI(_) => {}
                 Event::Eof => break,
