@@ -280,9 +280,9 @@ impl Errors {
             let normal = |i: usize, which: u64| numbers.normal(3 * (draw * count + i as u64) + which);
             for line in self.segments.start.windows(2) {
                 let mut here = normal(line[0], 2);
-                for i in line[0]..line[1] {
+                for (i, part) in parts.iter_mut().enumerate().take(line[1]).skip(line[0]) {
                     let (mean, end) = along_a_segment(here, over / self.segments.length[i], normal(i, 0), normal(i, 1));
-                    parts[i] = rms * mean;
+                    *part = rms * mean;
                     here = end;
                 }
             }

@@ -78,7 +78,7 @@ fn square(order: u32, k: i64) -> Square {
 mod tests {
     use super::super::examples::*;
     use super::*;
-    use crate::job::{Annulus, Path, Place, Polygon};
+    use crate::job::{Annulus, Aperture, Path, Place, Polygon};
     use crate::units::si::{Angle, Length};
     use std::collections::BTreeSet;
 

@@ -73,7 +73,7 @@ impl Strategy for Rings {
 mod tests {
     use super::super::examples::*;
     use super::*;
-    use crate::job::{Annulus, Hand, Path};
+    use crate::job::{Annulus, Aperture, Hand, Path};
     use crate::units::si::{Angle, Length};
 
     fn rings(over: Aperture, step_mm: f64, pitch_mm: f64, start: Start) -> Rings {

@@ -62,7 +62,7 @@ mod tests {
     use super::super::examples::*;
     use super::*;
     use crate::diagnostics::codes;
-    use crate::job::{Annulus, Hand, Path, Rectangle};
+    use crate::job::{Annulus, Aperture, Hand, Path, Rectangle};
     use crate::units::si::{Angle, Length};
 
     fn spiral(over: Aperture, step_mm: f64, pitch_mm: f64, start: Start, hand: Hand) -> Spiral {

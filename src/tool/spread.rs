@@ -121,16 +121,18 @@ fn clocks(spots: &[SpotFigures], ageing: Option<&Ageing>) -> Result<Option<Vec<f
         return Err(Problem::error(codes::E0657, format!("spots.{i}"), message)
             .help("say of every spot what the process clock read when it was made"));
     }
-    if let Some(i) = stated.iter().position(|clock| *clock > ageing.now.0) {
+    // Spots made later belong to it, too, where one was made before: what was measured on both sides of a run tells the rate in it.
+    let first = stated.iter().copied().fold(f64::INFINITY, f64::min);
+    if first > ageing.now.0 {
         let message = format!(
-            "a spot was made at {:.2} h on the process clock, after the run starts at {:.2} h",
-            stated[i] / 3600.0,
+            "the first spot was made at {:.2} h on the process clock, after the run starts at {:.2} h",
+            first / 3600.0,
             ageing.now.0 / 3600.0
         );
-        return Err(Problem::error(codes::E0657, format!("spots.{i}.clock"), message)
-            .help("correct the reading, or `ageing.now`"));
+        return Err(Problem::error(codes::E0657, "spots", message)
+            .help("correct the readings, or `ageing.now`: a spot must be made before the run"));
     }
-    let youngest = stated.iter().map(|clock| ageing.now.0 - clock).fold(f64::INFINITY, f64::min);
+    let youngest = stated.iter().map(|clock| (ageing.now.0 - clock).abs()).fold(f64::INFINITY, f64::min);
     if youngest > ageing.at_most.0 {
         let message = format!(
             "the youngest spot is {:.2} h old at the start of the run, and may be {:.2} h",

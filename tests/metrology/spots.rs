@@ -190,6 +190,12 @@ fn the_drift_carries_the_rate_to_the_start_of_the_run() {
     let problem = spots_of(&aged(20.0, 9.0), &maps).0.expect_err("ten hours old");
     assert_eq!(problem.code.as_str(), "E0657");
     assert!(problem.message.contains("10.00 h old"), "{}", problem.message);
+    let problem = spots_of(&aged(-1.0, 9.0), &maps).0.expect_err("both made after the run");
+    assert!(
+        problem.code.as_str() == "E0657" && problem.message.contains("after the run starts"),
+        "{}",
+        problem.message
+    );
 }
 
 /// A spot with a tail to the right and upwards in a picture of the part, taken from the tool side with the part's +y up: wherever the
