@@ -7,7 +7,7 @@
 
 use polishc::dwell::bounds::Bounds;
 use polishc::dwell::descent::{LinearOperator, descend};
-use polishc::dwell::objective::{Base, Objective, Wanted};
+use polishc::dwell::objective::{Base, Objective, Price, Wanted};
 use polishc::dwell::removal::{Removal, Samples, Window};
 use polishc::dwell::solver::STOP;
 use polishc::dwell::{Footprint, SpeedSteps, Task, pareto, predict, solve};
@@ -237,7 +237,7 @@ fn steps(operator: &mut Removal, wanted: &[f64], window: &Window, count: usize) 
         })
         .collect();
     let (base, objective) = (Base::AtMost(f64::INFINITY), Objective::Squares);
-    let problem = Wanted { depths: wanted, weights: &weights, base, objective, price: 0.0 };
+    let problem = Wanted { depths: wanted, weights: &weights, base, objective, price: Price::NONE };
     let mut domain = Bounds::new(&lower, &upper, &start);
     let stop = polishc::dwell::descent::Stop { most_iterations: count, relative_decrease: 0.0, value: 0.0, ..STOP };
     let found = descend(operator, &problem, &mut domain, stop);

@@ -5,7 +5,7 @@
 use polishc::dwell::Footprint;
 use polishc::dwell::bounds::Bounds;
 use polishc::dwell::descent::{Ended, LinearOperator, descend};
-use polishc::dwell::objective::{Base, Objective, Wanted};
+use polishc::dwell::objective::{Base, Objective, Price, Wanted};
 use polishc::dwell::removal::{Removal, Samples, Window, deposit};
 use polishc::dwell::solver::STOP;
 use polishc::path::{Line, Link, Points, ToolPath};
@@ -101,7 +101,7 @@ fn solve(file: &str, base: Base) -> (f64, f64) {
     let mut operator = Removal::new(&samples, &footprint, window);
     let n = operator.unknowns();
     let (lower, upper) = (vec![0.02; n], vec![1e3; n]);
-    let wanted = Wanted { depths: &depths, weights: &weights, base, objective: Objective::Squares, price: 0.0 };
+    let wanted = Wanted { depths: &depths, weights: &weights, base, objective: Objective::Squares, price: Price::NONE };
     // Where the study starts too: the wanted depth over the volume rate, on the area of a cell.
     let start: Vec<f64> = samples
         .start

@@ -1,15 +1,18 @@
 //! Descent: the times that bring what is removed nearest to what is wanted.
 //!
 //! In: a linear operator H, wanted depths with an [objective](super::objective), and a [`Domain`]: the times that may be. Out:
-//! `min over t in the domain and c of F(H t - b - c) + λ sum t`.
+//! `min over t in the domain and c of F(H t - b - c) + λ sum t`, or the least sum of t with an F of at most so much.
 //!
 //! Method: projected descent along straight ways inside the domain, with the non-monotone line search of E. G. Birgin, J. M.
 //! Martínez, M. Raydan, "Nonmonotone spectral projected gradient methods on convex sets", SIAM J. Optim. 10, 2000 (algorithm
 //! SPG2). The domain chooses the way: [`Bounds`](super::bounds) by a quasi-Newton step, [`Followable`](super::followable) by a
 //! quadratic model's minimum. The depths change linearly on a way between bounds, so that a step costs one product with H and
 //! one with its transpose. c is eliminated: for given t the best one is known in closed form.
+//!
+//! For the least time the price λ of a second is looked for on the way: it rises while less is left than may be, and falls while
+//! more is. The price is linear in the times, so that it changes no curvature, and the quasi-Newton memory stays good.
 
-use super::objective::{Trial, Wanted, dot, sum};
+use super::objective::{Price, Trial, Wanted, dot, sum};
 
 /// A linear map from times to depths. It may keep room to work in.
 pub trait LinearOperator {
@@ -52,6 +55,7 @@ pub trait Domain {
 /// When to stop.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stop {
+    /// For the least time [`LONGER`] times as many more, once so little is left as is wanted.
     pub most_iterations: usize,
     /// Steps over which progress is judged.
     pub over: usize,
@@ -84,6 +88,8 @@ pub enum Ended {
 pub struct Found {
     /// F, without the price of the time.
     pub value: f64,
+    /// The last price of a second.
+    pub price: f64,
     /// The even layer c.
     pub base: f64,
     pub iterations: usize,
@@ -93,6 +99,68 @@ pub struct Found {
 /// Values of the objective that a step may exceed the last of.
 const MEMORY: usize = 10;
 
+/// See [`Stop::most_iterations`].
+const LONGER: usize = 4;
+
+/// A sought price is looked at again after so many steps. From 1 to 10 do alike on the published problem; fewer follow better.
+const PRICED_AFTER: usize = 2;
+
+/// Until a sought price is once too high it grows by this factor: a price starts so low that three or four times suffice.
+const RISE: f64 = 8.0;
+
+/// Then it follows the square root of what may be left over what is, but no faster than by this factor: the times need steps
+/// to answer.
+const FOLLOW: f64 = 2.0;
+
+/// The least time is found when fifty steps save less than 0.5 % of it; a hundred more then save 1 % on the published problem.
+const SAVING: (usize, f64) = (50, 0.005);
+
+/// A price at which no way leads down gives way to the next; at so many in a row the run is as fast as it can be.
+const MOST_STUCK: usize = 20;
+
+/// A sought price of a second, F so far, and the shortest times that leave no more than may be left.
+struct Search {
+    most: f64,
+    price: f64,
+    /// The price was too high once.
+    crossed: bool,
+    /// Steps since the price was looked at.
+    steps: usize,
+    stuck: usize,
+    /// By step, from the first that left little enough: the least time so far.
+    spent: Vec<f64>,
+}
+
+impl Search {
+    /// The price after a step to `size` and `spent`.
+    fn price_after(&mut self, size: f64, spent: f64) -> f64 {
+        self.steps += 1;
+        if self.steps >= PRICED_AFTER {
+            self.change(size, spent);
+        }
+        self.price
+    }
+
+    fn change(&mut self, size: f64, spent: f64) {
+        self.steps = 0;
+        self.crossed |= size > self.most;
+        self.price = if self.price == 0.0 {
+            RISE * self.most / spent
+        } else if self.crossed {
+            self.price * (self.most / size).sqrt().clamp(1.0 / FOLLOW, FOLLOW)
+        } else {
+            self.price * RISE
+        };
+    }
+
+    /// Whether more steps would save hardly anything.
+    fn is_settled(&self) -> bool {
+        let (over, part) = SAVING;
+        let count = self.spent.len();
+        count > over && self.spent[count - 1 - over] - self.spent[count - 1] < part * self.spent[count - 1]
+    }
+}
+
 /// Descends from the domain's present times to the best that were found.
 pub fn descend(operator: &mut dyn LinearOperator, wanted: &Wanted, domain: &mut dyn Domain, stop: Stop) -> Found {
     let (unknowns, rows) = (operator.unknowns(), operator.rows());
@@ -101,14 +169,21 @@ pub fn descend(operator: &mut dyn LinearOperator, wanted: &Wanted, domain: &mut 
     operator.forward(&times, &mut depths);
     let mut slopes = vec![0.0; rows];
     let mut gradient = vec![0.0; unknowns];
-    let spent = |times: &[f64]| if wanted.price > 0.0 { wanted.price * sum(times.len(), |i| times[i]) } else { 0.0 };
+    let (mut price, sought) = match wanted.price {
+        Price::Fixed(price) => (price, None),
+        Price::Sought { most, first } => (0.0, Some((most, first))),
+    };
     let (mut size, mut base) = wanted.measure(Trial::here(&depths), Some(&mut slopes));
-    let mut value = size + spent(&times);
-    pull_back(operator, &slopes, wanted.price, &mut gradient);
+    let mut spent = sum(unknowns, |i| times[i]);
+    operator.transpose(&slopes, &mut gradient);
+    add(&mut gradient, price);
     domain.keep();
-    let mut best = Found { value: size, base, iterations: 0, ended: Ended::Iterations };
-    let (mut values, mut bests) = (vec![value], vec![value]);
-    let mut best_value = value;
+    let mut best = Found { value: size, price, base, iterations: 0, ended: Ended::Iterations };
+    // F and the time of every step; the least F with its price so far.
+    let mut steps = vec![(size, spent)];
+    let mut best_value = size + price * spent;
+    let mut bests = vec![best_value];
+    let mut search: Option<Search> = None;
     let mut moved = vec![0.0; rows];
     let mut change = vec![0.0; unknowns];
     let mut turned = gradient.clone();
@@ -123,8 +198,25 @@ pub fn descend(operator: &mut dyn LinearOperator, wanted: &Wanted, domain: &mut 
     let mut step = if first.is_finite() && first > 0.0 { first } else { 1.0 };
     let (least_step, greatest_step) = (1e-10 * step, 1e10 * step);
 
-    for iteration in 1..=stop.most_iterations {
-        if best.value <= stop.value {
+    let mut most_iterations = stop.most_iterations;
+    let mut iteration = 0;
+    loop {
+        if let (Some((most, first)), None) = (sought, &search)
+            && size <= most
+        {
+            // So little is left as may be: from here on time counts.
+            search = Some(Search { most, price: first, crossed: first > 0.0, steps: 0, stuck: 0, spent: vec![spent] });
+            most_iterations = iteration + LONGER * stop.most_iterations;
+        }
+        if let Some(search) = &mut search {
+            let before = price;
+            price = search.price_after(size, spent);
+            add(&mut gradient, price - before);
+        }
+        if iteration == most_iterations {
+            break;
+        }
+        if sought.is_none() && best.value <= stop.value {
             best.ended = Ended::Reached;
             break;
         }
@@ -136,19 +228,27 @@ pub fn descend(operator: &mut dyn LinearOperator, wanted: &Wanted, domain: &mut 
         // No feasible way down is left (or none that a time could show). The comparison is written so that it also
         // ends the loop if anything is not a number.
         if !(largest > stop.relative_step * mean && slope < 0.0) {
+            if let Some(search) = &mut search
+                && search.stuck < MOST_STUCK
+            {
+                search.stuck += 1;
+                search.steps = PRICED_AFTER;
+                continue;
+            }
             best.ended = Ended::NoWayDown;
             break;
         }
+        iteration += 1;
         operator.forward(&change, &mut moved);
-        let ceiling = values.iter().rev().take(MEMORY).fold(f64::NEG_INFINITY, |a, b| a.max(*b));
+        let value = size + price * spent;
+        let recent = steps.iter().rev().take(MEMORY);
+        let ceiling = recent.fold(f64::NEG_INFINITY, |most, (size, spent)| most.max(size + price * spent));
         // Part of the way that `moved` and `change` belong to.
         let mut known = 1.0;
         loop {
-            let (size, _) = wanted.measure(Trial { depths: &depths, moved: &moved, length: length / known }, None);
             let part = length / known;
-            let trial = size
-                + spent(&times)
-                + if wanted.price > 0.0 { part * wanted.price * sum(unknowns, |i| change[i]) } else { 0.0 };
+            let (size, _) = wanted.measure(Trial { depths: &depths, moved: &moved, length: part }, None);
+            let trial = size + price * (spent + part * sum(unknowns, |i| change[i]));
             // Sufficient decrease with the usual factor 1e-4; below 1e-10 the arithmetic itself is the obstacle.
             if trial <= ceiling + 1e-4 * length * slope || length < 1e-10 {
                 break;
@@ -172,9 +272,10 @@ pub fn descend(operator: &mut dyn LinearOperator, wanted: &Wanted, domain: &mut 
             *time += *change;
         }
         (size, base) = wanted.measure(Trial::here(&depths), Some(&mut slopes));
-        value = size + spent(&times);
+        spent = sum(unknowns, |i| times[i]);
         turned.copy_from_slice(&gradient);
-        pull_back(operator, &slopes, wanted.price, &mut gradient);
+        operator.transpose(&slopes, &mut gradient);
+        add(&mut gradient, price);
         for (turned, gradient) in turned.iter_mut().zip(&gradient) {
             *turned = gradient - *turned;
         }
@@ -182,22 +283,39 @@ pub fn descend(operator: &mut dyn LinearOperator, wanted: &Wanted, domain: &mut 
         // Barzilai-Borwein: s's / s'y with s the move and y the change of the gradient.
         let next = sum(unknowns, |i| stiff(i) * change[i] * change[i]) / dot(&change, &turned);
         step = if next.is_finite() && next > 0.0 { next.clamp(least_step, greatest_step) } else { greatest_step };
-        values.push(value);
+        steps.push((size, spent));
+        best.iterations = iteration;
+        if let Some(search) = &mut search {
+            search.stuck = 0;
+            let least = search.spent[search.spent.len() - 1];
+            if size <= search.most && spent < least {
+                (best.value, best.base, best.price) = (size, base, price);
+                domain.keep();
+            }
+            search.spent.push(if size <= search.most { least.min(spent) } else { least });
+            if search.is_settled() {
+                break;
+            }
+            continue;
+        }
+        let value = size + price * spent;
         if value < best_value {
             best_value = value;
-            (best.value, best.base) = (size, base);
+            (best.value, best.base, best.price) = (size, base, price);
             domain.keep();
         }
-        best.iterations = iteration;
         bests.push(best_value);
         if bests.len() > stop.over {
             let gained = bests[bests.len() - 1 - stop.over] - best_value;
             let enough = stop.relative_decrease * best.value.max(0.1 * (best.value + stop.elsewhere));
-            if gained < enough {
+            if gained < enough && sought.is_none_or(|(most, _)| size > most) {
                 best.ended = Ended::Slow;
                 break;
             }
         }
+    }
+    if search.is_some() {
+        best.ended = Ended::Reached;
     }
     domain.take_best();
     best
@@ -211,11 +329,10 @@ fn way(domain: &dyn Domain, length: f64, times: &[f64], change: &mut [f64]) {
     }
 }
 
-/// The gradient over the times, from the slope over the depths and the price of a second.
-fn pull_back(operator: &mut dyn LinearOperator, slopes: &[f64], price: f64, gradient: &mut [f64]) {
-    operator.transpose(slopes, gradient);
-    if price > 0.0 {
-        for gradient in gradient.iter_mut() {
+/// Adds the price of a second to the gradient over the times.
+fn add(gradient: &mut [f64], price: f64) {
+    if price != 0.0 {
+        for gradient in gradient {
             *gradient += price;
         }
     }
@@ -274,7 +391,7 @@ mod tests {
     };
 
     fn squares<'a>(depths: &'a [f64], weights: &'a [f64], base: Base) -> Wanted<'a> {
-        Wanted { depths, weights, base, objective: Objective::Squares, price: 0.0 }
+        Wanted { depths, weights, base, objective: Objective::Squares, price: Price::NONE }
     }
 
     /// What was found, and the times.
@@ -381,8 +498,44 @@ mod tests {
     fn time_has_its_price() {
         // H = 1, wanted 3: 1/2 (t - 3)² + 0.5 t is least at t = 2.5.
         let mut operator = Dense { rows: 1, unknowns: 1, values: vec![1.0] };
-        let wanted = Wanted { price: 0.5, ..squares(&[3.0], &[1.0], Base::Fixed(0.0)) };
+        let wanted = Wanted { price: Price::Fixed(0.5), ..squares(&[3.0], &[1.0], Base::Fixed(0.0)) };
         let (_, times) = solve(&mut operator, &wanted, [&[0.0], &[9.0]], &[1.0]);
         assert!((times[0] - 2.5).abs() < 1e-9, "{times:?}");
+    }
+
+    #[test]
+    fn the_least_time_leaves_what_may_be_left() {
+        // H = identity, wanted 3, 2 and 0.2, times from 0 on. With (t - b)²/2 in sum at most 0.52 the last time is worth most at
+        // its bound, which leaves 0.2; the two others share the rest of 1.04 - 0.04 = 1 alike: 3 and 2 less sqrt(1/2).
+        let mut operator = Dense { rows: 3, unknowns: 3, values: vec![1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0] };
+        let (depths, weights, lower, upper) = ([3.0, 2.0, 0.2], [1.0; 3], [0.0; 3], [9.0; 3]);
+        for first in [0.0, 1e-6, 1e3] {
+            let price = Price::Sought { most: 0.52, first };
+            let wanted = Wanted { price, ..squares(&depths, &weights, Base::Fixed(0.0)) };
+            let (found, times) = solve(&mut operator, &wanted, [&lower, &upper], &[1.0; 3]);
+            assert!(found.value <= 0.52 && found.ended == Ended::Reached, "{found:?}");
+            for (time, wanted) in times.iter().zip([3.0 - 0.5f64.sqrt(), 2.0 - 0.5f64.sqrt(), 0.0]) {
+                assert!((time - wanted).abs() < 0.005 * 3.6, "from a price of {first}: {times:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_left_is_come_near() {
+        // Times up to 2 leave 1 of 3 at the least: F = 1/2, and 0.1 is wanted.
+        let mut operator = Dense { rows: 1, unknowns: 1, values: vec![1.0] };
+        let wanted =
+            Wanted { price: Price::Sought { most: 0.1, first: 0.0 }, ..squares(&[3.0], &[1.0], Base::Fixed(0.0)) };
+        let (found, times) = solve(&mut operator, &wanted, [&[0.0], &[2.0]], &[1.0]);
+        assert!(times == [2.0] && found.ended == Ended::NoWayDown && found.price == 0.0, "{found:?} {times:?}");
+    }
+
+    #[test]
+    fn what_needs_no_time_takes_none() {
+        let mut operator = Dense { rows: 1, unknowns: 1, values: vec![1.0] };
+        let wanted =
+            Wanted { price: Price::Sought { most: 8.0, first: 0.0 }, ..squares(&[3.0], &[1.0], Base::Fixed(0.0)) };
+        let (found, times) = solve(&mut operator, &wanted, [&[0.5], &[9.0]], &[1.0]);
+        assert!(times == [0.5] && found.ended == Ended::Reached, "{found:?} {times:?}");
     }
 }

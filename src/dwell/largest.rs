@@ -7,7 +7,7 @@
 //! stage lowers the RMS among them.
 
 use super::descent::{self, Domain, Ended, Found, LinearOperator, Stop};
-use super::objective::{Base, Objective, Wanted};
+use super::objective::{Base, Objective, Price, Wanted};
 
 /// Sharpness times largest residual, one solve each: the stand-in is above the largest by log(2n)/sharpness, 5 % of it at 200
 /// and 1 % at 1000 for 25,000 pixels, and each start lies where the next one's is good.
@@ -36,11 +36,11 @@ pub fn sharpen(
         let objective = Objective::Largest { sharpness: sharpening / largest };
         // The stand-in changes by its height itself, not by its square, and what is left to gain is a few thousandths of it.
         let stop = Stop { relative_decrease: 0.0125 * stop.relative_decrease, elsewhere: 0.0, value: 0.0, ..stop };
-        let found = descent::descend(operator, &Wanted { objective, price: 0.0, ..*wanted }, domain, stop);
+        let found = descent::descend(operator, &Wanted { objective, price: Price::NONE, ..*wanted }, domain, stop);
         (iterations, ended) = (iterations + found.iterations, found.ended);
     }
     let figures = wanted.figures(operator, domain.times());
-    Found { value: figures.largest, base: figures.middle, iterations, ended }
+    Found { value: figures.largest, base: figures.middle, price: 0.0, iterations, ended }
 }
 
 /// Both stages, from the domain's present times. `found.value` is the largest residual.
@@ -55,7 +55,7 @@ pub fn minimise(
     let first = wanted.figures(operator, domain.times());
     // The layer of the first stage stays, so that the largest residual does.
     let objective = Objective::SquaresWithin { most: first.largest, stiffness: STIFFNESS };
-    let within = Wanted { objective, base: Base::Fixed(first.middle), price: 0.0, ..*wanted };
+    let within = Wanted { objective, base: Base::Fixed(first.middle), price: Price::NONE, ..*wanted };
     let mut second = domain.fork();
     iterations += descent::descend(operator, &within, &mut *second, stop).iterations;
     let figures = wanted.figures(operator, second.times());
@@ -67,5 +67,5 @@ pub fn minimise(
         domain.towards(&place, if grown > SLACK * first.largest { SLACK * first.largest / grown } else { 1.0 });
     }
     let last = wanted.figures(operator, domain.times());
-    Found { value: last.largest, base: last.middle, iterations, ended }
+    Found { value: last.largest, base: last.middle, price: 0.0, iterations, ended }
 }

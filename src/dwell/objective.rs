@@ -36,8 +36,21 @@ pub struct Wanted<'a> {
     pub weights: &'a [f64],
     pub base: Base,
     pub objective: Objective,
-    /// λ of `F + λ sum t`: what a second of the run may cost of F. Zero where time does not count.
-    pub price: f64,
+    pub price: Price,
+}
+
+/// What a second of the run may cost of F.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Price {
+    /// λ of `min F + λ sum t`. Zero where time does not count.
+    Fixed(f64),
+    /// `min sum t` with an F of at most `most`: λ is looked for, from `first` on where it is about known, otherwise 0.
+    Sought { most: f64, first: f64 },
+}
+
+impl Price {
+    /// Time does not count.
+    pub const NONE: Price = Price::Fixed(0.0);
 }
 
 /// `depths + length * moved`, or `depths` alone.

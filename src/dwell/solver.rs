@@ -11,7 +11,7 @@ use super::bounds::Bounds;
 use super::descent::{self, Domain, Ended, LinearOperator, Stop};
 use super::followable::Followable;
 use super::largest;
-use super::objective::{Base, Figures, Objective, Wanted, sum};
+use super::objective::{Base, Figures, Objective, Price, Wanted, sum};
 use super::speed::{self, Limits, Segments};
 
 /// When the solver stops. Ten steps that together gain less than
@@ -188,7 +188,7 @@ impl Solver<'_> {
         let mut domain = Bounds::new(self.lower, self.upper, start).with_stiffness(self.stiffness);
         // At a price there is always less time to be had.
         let value = if price > 0.0 { 0.0 } else { self.squares(self.nothing(depths)) };
-        self.descend(depths, &mut domain, price, Stop { most_iterations: steps, value, ..STOP });
+        self.descend(depths, &mut domain, Price::Fixed(price), Stop { most_iterations: steps, value, ..STOP });
         domain.into_times()
     }
 
@@ -198,17 +198,23 @@ impl Solver<'_> {
     }
 
     pub(super) fn figures(&mut self, depths: &[f64], times: &[f64]) -> Figures {
-        let wanted =
-            Wanted { depths, weights: self.weights, base: self.base, objective: Objective::Squares, price: 0.0 };
+        let wanted = Wanted {
+            depths,
+            weights: self.weights,
+            base: self.base,
+            objective: Objective::Squares,
+            price: Price::NONE,
+        };
         wanted.figures(self.operator, times)
     }
 
     /// Least squares, with a price of a second.
-    fn descend(&mut self, depths: &[f64], domain: &mut dyn Domain, price: f64, stop: Stop) -> Ended {
+    fn descend(&mut self, depths: &[f64], domain: &mut dyn Domain, price: Price, stop: Stop) -> Ended {
         let stop = Stop { elsewhere: self.squares(self.elsewhere), ..stop };
         let wanted = Wanted { depths, weights: self.weights, base: self.base, objective: Objective::Squares, price };
         let found = descent::descend(self.operator, &wanted, domain, stop);
         self.iterations += found.iterations;
+        self.price = found.price;
         found.ended
     }
 
@@ -224,92 +230,19 @@ impl Solver<'_> {
     fn descend_by_aim(&mut self, depths: &[f64], domain: &mut dyn Domain, stop: Stop) -> Ended {
         let nothing = Stop { value: self.squares(self.nothing(depths)), ..stop };
         match self.aim {
-            Aim::Rms => self.descend(depths, domain, 0.0, nothing),
+            Aim::Rms => self.descend(depths, domain, Price::NONE, nothing),
             Aim::Pv => {
-                self.descend(depths, domain, 0.0, nothing);
+                self.descend(depths, domain, Price::NONE, nothing);
                 let (weights, base) = (self.weights, self.base);
-                let wanted = Wanted { depths, weights, base, objective: Objective::Squares, price: 0.0 };
+                let wanted = Wanted { depths, weights, base, objective: Objective::Squares, price: Price::NONE };
                 let found = largest::minimise(self.operator, &wanted, domain, &largest::SHARPENING, stop);
                 self.iterations += found.iterations;
                 found.ended
             }
             Aim::Time { rms } => {
-                // Less than what may be left is not needed.
-                let enough = Stop { value: self.squares((1.0 - TIGHT) * rms), ..stop };
-                let ended = self.descend(depths, domain, 0.0, enough);
-                self.least_time(depths, domain, rms, ended)
+                let price = Price::Sought { most: self.squares(rms), first: self.price };
+                self.descend(depths, domain, price, stop)
             }
         }
     }
-
-    /// Looks for the price of a second at which the residual is what may be left, by halving between one that leaves less and one that
-    /// leaves more. Steps are few beside what a price would take to settle, so the way back counts: of the way to a place that
-    /// leaves too much, so much is gone as leaves what may be left. So the time only falls.
-    fn least_time(&mut self, depths: &[f64], domain: &mut dyn Domain, rms: f64, ended: Ended) -> Ended {
-        if self.figures(depths, domain.times()).rms > rms {
-            return ended;
-        }
-        let mut best = (spent(domain), domain.place().to_vec());
-        let (mut less, mut more) = (None::<f64>, None::<f64>);
-        let mut price = if self.price > 0.0 { self.price } else { self.squares(rms) / best.0 };
-        let stop = Stop { most_iterations: LATER_ITERATIONS, ..STOP };
-        let mut slow = 0;
-        for _ in 0..MOST_PRICES {
-            self.descend(depths, domain, price, stop);
-            if self.figures(depths, domain.times()).rms <= rms {
-                less = Some(price);
-            } else {
-                more = Some(price);
-                let beyond = domain.place().to_vec();
-                let (mut good, mut bad) = (0.0, 1.0);
-                for _ in 0..HALVINGS {
-                    let part = 0.5 * (good + bad);
-                    domain.towards(&best.1, 1.0);
-                    domain.towards(&beyond, part);
-                    if self.figures(depths, domain.times()).rms <= rms {
-                        good = part;
-                    } else {
-                        bad = part;
-                    }
-                }
-                domain.towards(&best.1, 1.0);
-                domain.towards(&beyond, good);
-            }
-            let time = spent(domain);
-            slow = if time < (1.0 - SAVED) * best.0 { 0 } else { slow + 1 };
-            if time < best.0 {
-                best = (time, domain.place().to_vec());
-            } else {
-                domain.towards(&best.1, 1.0);
-            }
-            price = match (less, more) {
-                (_, None) => 8.0 * price,
-                (None, Some(_)) => price / 8.0,
-                (Some(less), Some(more)) => {
-                    if more < 1.2 * less || slow > 1 {
-                        break;
-                    }
-                    (less * more).sqrt()
-                }
-            };
-        }
-        self.price = less.unwrap_or(price);
-        Ended::Reached
-    }
 }
-
-fn spent(domain: &dyn Domain) -> f64 {
-    sum(domain.times().len(), |i| domain.times()[i])
-}
-
-/// Prices that are tried for the least time.
-const MOST_PRICES: usize = 14;
-
-/// Halvings of the way back to what may be left: to a sixty-fourth of it.
-const HALVINGS: usize = 6;
-
-/// A price that saves less than this part of the time saves nothing; two of them are enough.
-const SAVED: f64 = 0.001;
-
-/// By how much less than may be left a descent stops that only looks for a way to leave so little.
-const TIGHT: f64 = 0.01;

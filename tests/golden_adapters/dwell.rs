@@ -3,7 +3,7 @@
 use polishc::dwell::bounds::Bounds;
 use polishc::dwell::descent::{self, LinearOperator, Stop};
 use polishc::dwell::largest;
-use polishc::dwell::objective::{self, Base, Objective, Wanted};
+use polishc::dwell::objective::{self, Base, Objective, Price, Wanted};
 use polishc::dwell::removal::{self, Removal, Samples, Spread, Window};
 use polishc::dwell::{Footprint, floor_depth};
 use polishc::job::{Aperture, Circle, Lines, Path, Plane, Raster};
@@ -165,7 +165,7 @@ fn bounded_ls(input: &Value) -> Result<Value, String> {
     let (lower, upper) = (vec![number(input, "T_min")?; n], vec![number(input, "T_max")?; n]);
     let weights = vec![1.0; m];
     let (base, objective) = (Base::Fixed(0.0), Objective::Squares);
-    let wanted = Wanted { depths: &depths, weights: &weights, base, objective, price: 0.0 };
+    let wanted = Wanted { depths: &depths, weights: &weights, base, objective, price: Price::NONE };
     let mut domain = Bounds::new(&lower, &upper, &lower);
     let found = descent::descend(&mut operator, &wanted, &mut domain, EXACT);
     Ok(json!({ "T_s": domain.into_times(), "rss": 2.0 * found.value }))
@@ -195,7 +195,7 @@ fn minimax(input: &Value) -> Result<Value, String> {
     let weights = vec![1.0; m];
     let free = input["piston_free"].as_bool().ok_or("no `piston_free`")?;
     let base = if free { Base::AtMost(f64::INFINITY) } else { Base::Fixed(0.0) };
-    let wanted = Wanted { depths: &depths, weights: &weights, base, objective: Objective::Squares, price: 0.0 };
+    let wanted = Wanted { depths: &depths, weights: &weights, base, objective: Objective::Squares, price: Price::NONE };
     let mut domain = Bounds::new(&lower, &upper, &lower);
     descent::descend(&mut operator, &wanted, &mut domain, EXACT);
     // The value itself to 1e-8 asks for a far sharper stand-in than a run does.
