@@ -6,8 +6,8 @@
 //! steps come nearer to the optimum than 200 spectral ones.
 
 use super::descent::Domain;
-use super::objective::dot;
 use super::quasi_newton::Memory;
+use super::vectors::{each, pass};
 
 /// Times between bounds.
 pub struct Bounds<'a> {
@@ -15,9 +15,12 @@ pub struct Bounds<'a> {
     upper: &'a [f64],
     stiffness: &'a [f64],
     times: Vec<f64>,
+    /// The times before the last move.
+    before: Vec<f64>,
     way: Vec<f64>,
     memory: Memory,
-    held: Vec<bool>,
+    /// 1 for times that are free to move, 0 for those that are held at a bound.
+    free: Vec<f64>,
     best: Vec<f64>,
 }
 
@@ -30,9 +33,10 @@ impl<'a> Bounds<'a> {
             upper,
             stiffness: &[],
             times: start.to_vec(),
+            before: vec![0.0; n],
             way: vec![0.0; n],
             memory: Memory::default(),
-            held: vec![false; n],
+            free: vec![1.0; n],
             best: Vec::new(),
         };
         for i in 0..n {
@@ -57,11 +61,14 @@ impl<'a> Bounds<'a> {
     }
 
     /// The way to the nearest times inside the bounds of `times - step`, and the slope along it.
-    fn clip(&mut self, step: impl Fn(usize) -> f64, gradient: &[f64]) -> f64 {
-        for i in 0..self.times.len() {
-            self.way[i] = self.inside(i, self.times[i] - step(i)) - self.times[i];
-        }
-        dot(&self.way, gradient)
+    fn clip(&mut self, step: impl Fn(usize) -> f64 + Sync, gradient: &[f64]) -> f64 {
+        let mut way = std::mem::take(&mut self.way);
+        let [slope] = pass(&mut way, |i, way| {
+            *way = self.inside(i, self.times[i] - step(i)) - self.times[i];
+            [*way * gradient[i]]
+        });
+        self.way = way;
+        slope
     }
 }
 
@@ -75,10 +82,12 @@ impl Domain for Bounds<'_> {
     }
 
     fn aim(&mut self, gradient: &[f64], step: f64) -> f64 {
-        for (i, (&time, &slope)) in self.times.iter().zip(gradient).enumerate() {
-            self.held[i] = (time <= self.lower[i] && slope > 0.0) || (time >= self.upper[i] && slope < 0.0);
-        }
-        if let Some(newton) = self.memory.step(gradient, &self.held, self.stiffness) {
+        let (times, lower, upper) = (&self.times[..], self.lower, self.upper);
+        each(&mut self.free, |i, free| {
+            let held = (times[i] <= lower[i] && gradient[i] > 0.0) || (times[i] >= upper[i] && gradient[i] < 0.0);
+            *free = if held { 0.0 } else { 1.0 };
+        });
+        if let Some(newton) = self.memory.step(gradient, &self.free, self.stiffness) {
             let slope = self.clip(|i| newton[i], gradient);
             if slope < 0.0 {
                 return slope;
@@ -89,18 +98,14 @@ impl Domain for Bounds<'_> {
     }
 
     fn at(&self, length: f64, times: &mut [f64]) {
-        for (i, time) in times.iter_mut().enumerate() {
-            *time = self.inside(i, self.times[i] + length * self.way[i]);
-        }
+        each(times, |i, time| *time = self.inside(i, self.times[i] + length * self.way[i]));
     }
 
     fn go(&mut self, length: f64, turned: &[f64]) {
-        for i in 0..turned.len() {
-            let to = self.inside(i, self.times[i] + length * self.way[i]);
-            self.way[i] = to - self.times[i];
-            self.times[i] = to;
-        }
-        self.memory.add(|i| self.way[i], |i| turned[i], turned.len());
+        let (lower, upper, way) = (self.lower, self.upper, &self.way[..]);
+        self.before.copy_from_slice(&self.times);
+        each(&mut self.times, |i, time| *time = (*time + length * way[i]).max(lower[i]).min(upper[i]));
+        self.memory.add(|i| self.times[i] - self.before[i], turned);
     }
 
     fn is_straight(&self) -> bool {

@@ -12,7 +12,8 @@
 //! For the least time the price λ of a second is looked for on the way: it rises while less is left than may be, and falls while
 //! more is. The price is linear in the times, so that it changes no curvature, and the quasi-Newton memory stays good.
 
-use super::objective::{Price, Trial, Wanted, dot, sum};
+use super::objective::{Price, Trial, Wanted};
+use super::vectors::{dot, each, pass, sum, sums};
 
 /// A linear map from times to depths. It may keep room to work in.
 pub trait LinearOperator {
@@ -190,9 +191,7 @@ pub fn descend(operator: &mut dyn LinearOperator, wanted: &Wanted, domain: &mut 
     let stiffness = domain.stiffness().to_vec();
     let stiff = |i: usize| stiffness.get(i).copied().unwrap_or(1.0);
     // First step: the one that the curvature along the gradient asks for.
-    for (i, change) in change.iter_mut().enumerate() {
-        *change = gradient[i] / stiff(i);
-    }
+    each(&mut change, |i, change| *change = gradient[i] / stiff(i));
     operator.forward(&change, &mut moved);
     let first = dot(&gradient, &change) / wanted.curvature(&moved, &slopes);
     let mut step = if first.is_finite() && first > 0.0 { first } else { 1.0 };
@@ -224,7 +223,7 @@ pub fn descend(operator: &mut dyn LinearOperator, wanted: &Wanted, domain: &mut 
         let mut length = 1.0;
         way(domain, length, &times, &mut change);
         let largest = change.iter().fold(0.0f64, |most, d| most.max(d.abs()));
-        let mean = sum(unknowns, |i| times[i]) / unknowns.max(1) as f64;
+        let mean = spent / unknowns.max(1) as f64;
         // No feasible way down is left (or none that a time could show). The comparison is written so that it also
         // ends the loop if anything is not a number.
         if !(largest > stop.relative_step * mean && slope < 0.0) {
@@ -245,13 +244,15 @@ pub fn descend(operator: &mut dyn LinearOperator, wanted: &Wanted, domain: &mut 
         let ceiling = recent.fold(f64::NEG_INFINITY, |most, (size, spent)| most.max(size + price * spent));
         // Part of the way that `moved` and `change` belong to.
         let mut known = 1.0;
-        loop {
+        let part = loop {
             let part = length / known;
-            let (size, _) = wanted.measure(Trial { depths: &depths, moved: &moved, length: part }, None);
-            let trial = size + price * (spent + part * sum(unknowns, |i| change[i]));
+            let here = Trial { depths: &depths, moved: &moved, length: part };
+            (size, base) = wanted.measure(here, Some(&mut slopes));
+            let saved = if price == 0.0 { 0.0 } else { part * sum(unknowns, |i| change[i]) };
+            let trial = size + price * (spent + saved);
             // Sufficient decrease with the usual factor 1e-4; below 1e-10 the arithmetic itself is the obstacle.
             if trial <= ceiling + 1e-4 * length * slope || length < 1e-10 {
-                break;
+                break part;
             }
             // The minimum of the parabola through value, slope and trial, kept inside a tenth and a half.
             let curvature = trial - value - length * slope;
@@ -262,26 +263,20 @@ pub fn descend(operator: &mut dyn LinearOperator, wanted: &Wanted, domain: &mut 
                 operator.forward(&change, &mut moved);
                 known = length;
             }
-        }
-        let part = length / known;
-        for (depth, m) in depths.iter_mut().zip(&moved) {
-            *depth += part * m;
-        }
-        for (time, change) in times.iter_mut().zip(change.iter_mut()) {
-            *change *= part;
-            *time += *change;
-        }
-        (size, base) = wanted.measure(Trial::here(&depths), Some(&mut slopes));
-        spent = sum(unknowns, |i| times[i]);
-        turned.copy_from_slice(&gradient);
+        };
+        each(&mut depths, |i, depth| *depth += part * moved[i]);
+        [spent] = pass(&mut times, |i, time| {
+            *time += part * change[i];
+            [*time]
+        });
+        std::mem::swap(&mut turned, &mut gradient);
         operator.transpose(&slopes, &mut gradient);
         add(&mut gradient, price);
-        for (turned, gradient) in turned.iter_mut().zip(&gradient) {
-            *turned = gradient - *turned;
-        }
+        each(&mut turned, |i, turned| *turned = gradient[i] - *turned);
         domain.go(length, &turned);
         // Barzilai-Borwein: s's / s'y with s the move and y the change of the gradient.
-        let next = sum(unknowns, |i| stiff(i) * change[i] * change[i]) / dot(&change, &turned);
+        let [moves, turns] = sums(unknowns, |i| [part * stiff(i) * change[i] * change[i], change[i] * turned[i]]);
+        let next = moves / turns;
         step = if next.is_finite() && next > 0.0 { next.clamp(least_step, greatest_step) } else { greatest_step };
         steps.push((size, spent));
         best.iterations = iteration;
@@ -324,17 +319,13 @@ pub fn descend(operator: &mut dyn LinearOperator, wanted: &Wanted, domain: &mut 
 /// The change of the times on the part `length` of the way.
 fn way(domain: &dyn Domain, length: f64, times: &[f64], change: &mut [f64]) {
     domain.at(length, change);
-    for (change, time) in change.iter_mut().zip(times) {
-        *change -= time;
-    }
+    each(change, |i, change| *change -= times[i]);
 }
 
 /// Adds the price of a second to the gradient over the times.
 fn add(gradient: &mut [f64], price: f64) {
     if price != 0.0 {
-        for gradient in gradient {
-            *gradient += price;
-        }
+        each(gradient, |_, gradient| *gradient += price);
     }
 }
 

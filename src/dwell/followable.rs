@@ -17,9 +17,9 @@
 
 use super::chain;
 use super::descent::Domain;
-use super::objective::{dot, sum};
 use super::quasi_newton::{Curvature, Memory};
 use super::speed::{self, Limits, Segments};
+use super::vectors::{dot, each, pass, sums};
 
 /// Times of speeds that the arm can follow.
 pub struct Followable<'a> {
@@ -86,25 +86,25 @@ impl<'a> Followable<'a> {
     /// The gradient over the squares, from that over the times: a speed is part of its own segment's time and of the next one's.
     fn pull_back(&self, squares: &[f64], gradient: &[f64], slope: &mut [f64]) {
         let a = self.limits.acceleration;
-        for line in self.segments.lines() {
-            let last = line.end - 1;
+        self.segments.each_line(slope, |line, slope| {
+            let last = slope.len() - 1;
             let mut before = 0.0;
-            for i in line {
+            for (k, i) in line.enumerate() {
                 let v = squares[i].sqrt();
                 let change: f64 = v - before;
                 // Of ds/v + change |change| / (2 a v), and v/(2a) more in the last segment.
                 let mut own = -self.segments.length[i] / (v * v) + change.abs() / (a * v)
                     - change * change.abs() / (2.0 * a * v * v);
-                if i == last {
+                if k == last {
                     own += 0.5 / a;
                 }
-                slope[i] = gradient[i] * own / (2.0 * v);
+                slope[k] = gradient[i] * own / (2.0 * v);
                 if before > 0.0 {
-                    slope[i - 1] -= gradient[i] * change.abs() / (a * v) / (2.0 * before);
+                    slope[k - 1] -= gradient[i] * change.abs() / (a * v) / (2.0 * before);
                 }
                 before = v;
             }
-        }
+        });
     }
 
     /// Change of a segment's plain time with its u.
@@ -113,28 +113,31 @@ impl<'a> Followable<'a> {
     }
 
     /// The scaled projected gradient: the way from these squares, and the slope along it.
-    fn downhill(&self, squares: &[f64], slope: &[f64], step: f64, way: &mut [f64], weights: &mut [f64]) -> f64 {
-        for i in 0..squares.len() {
-            let (u, length) = (squares[i], self.segments.length[i]);
-            let (time, inner, step) = (length / u.sqrt(), self.inner(i, u), step / self.stiff(i));
-            // A time may shrink to half in a step, so that the square grows to four times itself: beyond that the
-            // gradient of here says nothing.
-            let wanted = (time - step * slope[i] / inner).max(0.5 * time);
-            let square = (length / wanted) * (length / wanted);
-            way[i] = square;
-            let ratio = -slope[i] / (square - u);
-            // What the segment's own step makes of its gradient; where it hardly moves, the limit of that.
-            let moves = (square - u).abs() > 1e-9 * u && ratio > 0.0;
-            weights[i] = if moves { ratio } else { inner * inner / step };
-        }
+    fn downhill(&self, squares: &[f64], slope: &[f64], step: f64, way: &mut [f64]) -> f64 {
         let low = self.limits.least * self.limits.least;
-        for line in self.segments.lines() {
-            let (high, reach) = (&self.high[line.clone()], &self.reach[line.clone()]);
-            chain::project(&mut way[line.clone()], &weights[line], low, high, reach);
-        }
-        for (way, square) in way.iter_mut().zip(squares) {
-            *way -= square;
-        }
+        self.segments.each_line(way, |line, way| {
+            let weights: Vec<f64> = line
+                .clone()
+                .zip(way.iter_mut())
+                .map(|(i, way)| {
+                    let (u, length) = (squares[i], self.segments.length[i]);
+                    let (time, inner, step) = (length / u.sqrt(), self.inner(i, u), step / self.stiff(i));
+                    // A time may shrink to half in a step, so that the square grows to four times itself: beyond that the
+                    // gradient of here says nothing.
+                    let wanted = (time - step * slope[i] / inner).max(0.5 * time);
+                    let square = (length / wanted) * (length / wanted);
+                    *way = square;
+                    let ratio = -slope[i] / (square - u);
+                    // What the segment's own step makes of its gradient; where it hardly moves, the limit of that.
+                    let moves = (square - u).abs() > 1e-9 * u && ratio > 0.0;
+                    if moves { ratio } else { inner * inner / step }
+                })
+                .collect();
+            chain::project(way, &weights, low, &self.high[line.clone()], &self.reach[line.clone()]);
+            for (way, square) in way.iter_mut().zip(&squares[line]) {
+                *way -= square;
+            }
+        });
         dot(way, slope)
     }
 
@@ -145,13 +148,13 @@ impl<'a> Followable<'a> {
         let mut here = self.squares.clone();
         let mut best = here.clone();
         let mut slope = self.slope.clone();
-        let (mut way, mut weights) = (vec![0.0; n], vec![0.0; n]);
+        let mut way = vec![0.0; n];
         let (mut squares, mut change, mut turned) = (here.clone(), vec![0.0; n], vec![0.0; n]);
         let mut next = vec![0.0; n];
         let mut values = vec![0.0f64];
         let (mut least, mut first) = (0.0, 0.0f64);
         for _ in 0..MODEL_STEPS {
-            let down = self.downhill(&here, &slope, step, &mut way, &mut weights);
+            let down = self.downhill(&here, &slope, step, &mut way);
             first = first.min(down);
             if !(down < SETTLED * first) {
                 break;
@@ -160,15 +163,15 @@ impl<'a> Followable<'a> {
             let last = values[values.len() - 1];
             let mut length = 1.0;
             let value = loop {
-                for i in 0..n {
-                    squares[i] = here[i] + length * way[i];
-                }
+                each(&mut squares, |i, square| *square = here[i] + length * way[i]);
                 self.times_of(&squares, &mut change);
-                for (change, time) in change.iter_mut().zip(&self.times) {
-                    *change -= time;
-                }
+                each(&mut change, |i, change| *change -= self.times[i]);
                 curvature.times(&change, &mut turned);
-                let value = dot(gradient, &change) + 0.5 * dot(&change, &turned);
+                let [value] = pass(&mut turned, |i, turned| {
+                    let half = change[i] * (gradient[i] + 0.5 * *turned);
+                    *turned += gradient[i];
+                    [half]
+                });
                 // As in `descent`, whose line search this is.
                 if value <= ceiling + 1e-4 * length * down || length < 1e-10 {
                     break value;
@@ -176,14 +179,14 @@ impl<'a> Followable<'a> {
                 let minimum = -down * length * length / (2.0 * (value - last - length * down));
                 length = if minimum.is_finite() { minimum.clamp(0.1 * length, 0.5 * length) } else { 0.5 * length };
             };
-            for (turned, gradient) in turned.iter_mut().zip(gradient) {
-                *turned += gradient;
-            }
             self.pull_back(&squares, &turned, &mut next);
             // The spectral step in these unknowns: the move in times over the curvature along it.
-            let moved = |i: usize| self.inner(i, here[i]) * (squares[i] - here[i]);
-            let spectral = sum(n, |i| self.stiff(i) * moved(i) * moved(i))
-                / sum(n, |i| (squares[i] - here[i]) * (next[i] - slope[i]));
+            let [moves, turns] = sums(n, |i| {
+                let change = squares[i] - here[i];
+                let moved = self.inner(i, here[i]) * change;
+                [self.stiff(i) * moved * moved, change * (next[i] - slope[i])]
+            });
+            let spectral = moves / turns;
             step = if spectral.is_finite() && spectral > 0.0 { spectral } else { 10.0 * step };
             std::mem::swap(&mut slope, &mut next);
             std::mem::swap(&mut here, &mut squares);
@@ -197,8 +200,9 @@ impl<'a> Followable<'a> {
     }
 
     fn times_of(&self, squares: &[f64], times: &mut [f64]) {
-        let speeds: Vec<f64> = squares.iter().map(|u| u.sqrt()).collect();
-        times.copy_from_slice(&speed::times(&speeds, self.segments, self.limits));
+        let mut speeds = vec![0.0; squares.len()];
+        each(&mut speeds, |i, speed| *speed = squares[i].sqrt());
+        speed::times_into(&speeds, self.segments, self.limits, times);
     }
 }
 
@@ -236,8 +240,8 @@ impl Domain for Followable<'_> {
                 return slope;
             }
         }
-        let (mut way, mut weights) = (std::mem::take(&mut self.way), vec![0.0; n]);
-        let slope = self.downhill(&self.squares, &self.slope, step, &mut way, &mut weights);
+        let mut way = std::mem::take(&mut self.way);
+        let slope = self.downhill(&self.squares, &self.slope, step, &mut way);
         self.way = way;
         slope
     }
@@ -255,7 +259,7 @@ impl Domain for Followable<'_> {
         }
         let speeds = self.speeds();
         let times = speed::times(&speeds, self.segments, self.limits);
-        self.memory.add(|i| times[i] - self.times[i], |i| turned[i], turned.len());
+        self.memory.add(|i| times[i] - self.times[i], turned);
         self.times = times;
     }
 

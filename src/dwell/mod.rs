@@ -30,6 +30,7 @@ pub mod speed;
 mod start;
 mod steps;
 mod timed;
+mod vectors;
 
 pub(crate) use curved::cosines;
 pub use feasibility::{SegmentTimes, check_segment_times};

@@ -4,6 +4,7 @@
 //! it best, and the slope over the depths.
 
 use super::descent::LinearOperator;
+use super::vectors::{each, pass, sum, sums};
 
 /// Whether an even layer is added to the wanted depths, metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -69,7 +70,7 @@ impl Trial<'_> {
 
 /// `max x + 1/p log sum w exp(p (x - max x))` over the n entries `x(i)` that have weight, in two parts: the greatest
 /// entry, and the sum. Beyond 40 the exponential adds nothing to a number of 53 bits.
-fn soft_maximum(weights: &[f64], sharpness: f64, x: impl Fn(usize) -> f64) -> (f64, f64) {
+fn soft_maximum(weights: &[f64], sharpness: f64, x: impl Fn(usize) -> f64 + Sync) -> (f64, f64) {
     let n = weights.len();
     let greatest = (0..n).filter(|&i| weights[i] > 0.0).fold(f64::NEG_INFINITY, |most, i| most.max(x(i)));
     let term = |i: usize| weights[i] * share(sharpness * (x(i) - greatest));
@@ -100,20 +101,20 @@ impl Wanted<'_> {
                 let base = match self.base {
                     Base::Fixed(base) => base,
                     Base::AtMost(most) => {
-                        let weight = sum(n, |i| weights[i]);
-                        if weight > 0.0 { (sum(n, |i| weights[i] * excess(i)) / weight).min(most) } else { 0.0 }
+                        let [weight, excess] = sums(n, |i| [weights[i], weights[i] * excess(i)]);
+                        if weight > 0.0 { (excess / weight).min(most) } else { 0.0 }
                     }
                 };
-                if let Some(slope) = slope {
-                    for (i, slope) in slope[..n].iter_mut().enumerate() {
-                        *slope = weights[i] * (excess(i) - base);
-                    }
-                }
-                let square = |i: usize| {
+                let square = |i: usize, slope: &mut f64| {
                     let r = excess(i) - base;
-                    weights[i] * r * r
+                    *slope = weights[i] * r;
+                    [*slope * r]
                 };
-                (0.5 * sum(n, square), base)
+                let [squares] = match slope {
+                    Some(slope) => pass(&mut slope[..n], square),
+                    None => sums(n, |i| square(i, &mut 0.0)),
+                };
+                (0.5 * squares, base)
             }
             Objective::Largest { sharpness: p } => {
                 let (top, above) = soft_maximum(weights, p, excess);
@@ -133,10 +134,10 @@ impl Wanted<'_> {
                 if let Some(slope) = slope {
                     let up = libm::exp(p * (top - base - value));
                     let down = libm::exp(p * (bottom + base - value));
-                    for (i, slope) in slope[..n].iter_mut().enumerate() {
+                    each(&mut slope[..n], |i, slope| {
                         let x = excess(i);
                         *slope = weights[i] * (up * share(p * (x - top)) - down * share(p * (-x - bottom)));
-                    }
+                    });
                 }
                 (value, base)
             }
@@ -146,10 +147,10 @@ impl Wanted<'_> {
                 };
                 let beyond = |r: f64| (r - r.clamp(-most, most)) * stiffness;
                 if let Some(slope) = slope {
-                    for (i, slope) in slope[..n].iter_mut().enumerate() {
+                    each(&mut slope[..n], |i, slope| {
                         let r = excess(i) - base;
                         *slope = weights[i] * (r + beyond(r));
-                    }
+                    });
                 }
                 let square = |i: usize| {
                     let r = excess(i) - base;
@@ -204,22 +205,4 @@ pub struct Figures {
     pub middle: f64,
     /// Peak to valley.
     pub pv: f64,
-}
-
-/// Sum over `0 .. n` in four interleaved lanes: always in the same order, and fast.
-pub fn sum(n: usize, term: impl Fn(usize) -> f64) -> f64 {
-    let mut lanes = [0.0; 4];
-    for quad in 0..n / 4 {
-        for (lane, total) in lanes.iter_mut().enumerate() {
-            *total += term(4 * quad + lane);
-        }
-    }
-    let rest: f64 = (n / 4 * 4..n).map(&term).sum();
-    (lanes[0] + lanes[1]) + (lanes[2] + lanes[3]) + rest
-}
-
-/// Sum of products.
-pub fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let b = &b[..a.len()];
-    sum(a.len(), |i| a[i] * b[i])
 }

@@ -5,7 +5,7 @@
 //! 35, 1980. Or that curvature itself: the formula of Broyden, Fletcher, Goldfarb and Shanno, unrolled (J. Nocedal, S. Wright,
 //! "Numerical Optimization", 2nd edition, section 7.2).
 
-use super::objective::sum;
+use super::vectors::{dot, each, pass, sum, sums};
 
 /// Moves that are remembered. Between bounds twenty gained hardly anything over five in the study of dwell solvers, and each is two numbers an
 /// unknown.
@@ -36,21 +36,19 @@ impl Memory {
     }
 
     /// Remembers a move along which the gradient grew: only such curvature can be inverted.
-    pub fn add(&mut self, moved: impl Fn(usize) -> f64, turned: impl Fn(usize) -> f64, unknowns: usize) {
-        if !(sum(unknowns, |i| moved(i) * turned(i)) > 0.0) {
+    pub fn add(&mut self, moved: impl Fn(usize) -> f64 + Sync, turned: &[f64]) {
+        if !(sum(turned.len(), |i| moved(i) * turned[i]) > 0.0) {
             return;
         }
         // Room of the oldest is used again.
         let mut pair = if self.pairs.len() < self.most {
-            Pair { moved: vec![0.0; unknowns], turned: vec![0.0; unknowns] }
+            Pair { moved: vec![0.0; turned.len()], turned: Vec::new() }
         } else {
             self.pairs.remove(0)
         };
-        pair.moved.resize(unknowns, 0.0);
-        pair.turned.resize(unknowns, 0.0);
-        for i in 0..unknowns {
-            (pair.moved[i], pair.turned[i]) = (moved(i), turned(i));
-        }
+        each(&mut pair.moved, |i, entry| *entry = moved(i));
+        pair.turned.clear();
+        pair.turned.extend_from_slice(turned);
         self.pairs.push(pair);
     }
 
@@ -58,50 +56,74 @@ impl Memory {
     /// factor (empty for 1). `None` without a memory.
     pub fn curvature<'a>(&self, stiffness: &'a [f64], n: usize) -> Option<Curvature<'a>> {
         let last = self.pairs.last()?;
-        let soft = |i: usize| stiffness.get(i).map_or(1.0, |stiffness| 1.0 / stiffness);
-        let size = |pair: &Pair| sum(n, |i| pair.moved[i] * pair.turned[i]);
-        let scale = sum(n, |i| soft(i) * last.turned[i] * last.turned[i]) / size(last);
-        let mut curvature = Curvature { scale, stiffness, parts: Vec::new() };
+        let [turned, size] = sums(n, |i| {
+            let (moved, turned) = (last.moved[i], last.turned[i]);
+            [turned * turned / stiffness.get(i).copied().unwrap_or(1.0), moved * turned]
+        });
+        let mut curvature = Curvature { scale: turned / size, stiffness, parts: Vec::new() };
         for pair in &self.pairs {
             let mut taken = vec![0.0; n];
             curvature.times(&pair.moved, &mut taken);
-            let taken_size = sum(n, |i| pair.moved[i] * taken[i]).sqrt();
-            taken.iter_mut().for_each(|taken| *taken /= taken_size);
-            let size = size(pair).sqrt();
-            let added = pair.turned.iter().map(|turned| turned / size).collect();
+            let taken_size = dot(&pair.moved, &taken).sqrt();
+            each(&mut taken, |_, taken| *taken /= taken_size);
+            let size = dot(&pair.moved, &pair.turned).sqrt();
+            let mut added = vec![0.0; n];
+            each(&mut added, |i, added| *added = pair.turned[i] / size);
             curvature.parts.push([taken, added]);
         }
         Some(curvature)
     }
 
-    /// The step against `gradient` over the unknowns that are not `held`; before anything is remembered of an unknown its
-    /// curvature is `stiffness`, up to a common factor (empty for 1). `None` without a usable memory.
-    pub fn step(&self, gradient: &[f64], held: &[bool], stiffness: &[f64]) -> Option<Vec<f64>> {
-        let n = gradient.len();
-        let free = |i: usize, value: f64| if held[i] { 0.0 } else { value };
+    /// The step against `gradient` over the unknowns that are `free` (1; 0 for held ones); before anything is remembered of an
+    /// unknown its curvature is `stiffness`, up to a common factor (empty for 1). `None` without a usable memory.
+    ///
+    /// A pass over the vectors does what one pair asks for and sums what the next one needs: reading them is what it costs.
+    pub fn step(&self, gradient: &[f64], free: &[f64], stiffness: &[f64]) -> Option<Vec<f64>> {
         let soft = |i: usize| stiffness.get(i).map_or(1.0, |stiffness| 1.0 / stiffness);
-        let product = |a: &[f64], b: &[f64]| sum(n, |i| free(i, a[i] * b[i]));
-        let mut step: Vec<f64> = (0..n).map(|i| free(i, gradient[i])).collect();
-        let used: Vec<(&Pair, f64)> =
-            self.pairs.iter().map(|p| (p, product(&p.moved, &p.turned))).filter(|(_, size)| *size > 0.0).collect();
-        let (last, size) = used.last()?;
-        let scale = size / sum(n, |i| free(i, soft(i) * last.turned[i] * last.turned[i]));
-        let mut parts = Vec::with_capacity(used.len());
-        for (pair, size) in used.iter().rev() {
-            let part = product(&pair.moved, &step) / size;
-            for (i, step) in step.iter_mut().enumerate() {
-                *step -= part * free(i, pair.turned[i]);
+        let mut step = vec![0.0; gradient.len()];
+        each(&mut step, |i, step| *step = free[i] * gradient[i]);
+        // Of the pairs that grow over what is free, the latest first, and the part of its turn that the step gives away.
+        let mut used: Vec<(&Pair, f64, f64)> = Vec::with_capacity(self.pairs.len());
+        let mut scale = None;
+        let mut given: Option<(&Pair, f64)> = None;
+        for pair in self.pairs.iter().rev() {
+            let (moved, turned) = (&pair.moved[..], &pair.turned[..]);
+            let sums = |i: usize, step: f64| [moved[i] * step, free[i] * moved[i] * turned[i]];
+            let [along, size] = match given {
+                Some((last, part)) => {
+                    let last = &last.turned[..];
+                    pass(&mut step, |i, step| {
+                        *step -= part * free[i] * last[i];
+                        sums(i, *step)
+                    })
+                }
+                None => pass(&mut step, |i, step| sums(i, *step)),
+            };
+            given = None;
+            if size > 0.0 {
+                scale.get_or_insert_with(|| size / sum(turned.len(), |i| free[i] * soft(i) * turned[i] * turned[i]));
+                used.push((pair, size, along / size));
+                given = Some((pair, along / size));
             }
-            parts.push(part);
         }
-        for (i, step) in step.iter_mut().enumerate() {
-            *step *= scale * soft(i);
-        }
-        for ((pair, size), part) in used.iter().zip(parts.iter().rev()) {
-            let change = part - product(&pair.turned, &step) / size;
-            for (i, step) in step.iter_mut().enumerate() {
-                *step += change * free(i, pair.moved[i]);
-            }
+        let scale = scale?;
+        let (last, part) = given.map_or((&[][..], 0.0), |(last, part)| (&last.turned[..], part));
+        let finish = |i: usize, step: f64| {
+            let turn = last.get(i).map_or(0.0, |turned| part * turned);
+            scale * soft(i) * free[i] * (step - turn)
+        };
+        let (oldest, ..) = used.last()?;
+        let [mut along] = pass(&mut step, |i, step| {
+            *step = finish(i, *step);
+            [oldest.turned[i] * *step]
+        });
+        for (k, (pair, size, part)) in used.iter().enumerate().rev() {
+            let change = part - along / size;
+            let next = k.checked_sub(1).map(|k| &used[k].0.turned[..]);
+            [along] = pass(&mut step, |i, step| {
+                *step += change * free[i] * pair.moved[i];
+                [next.map_or(0.0, |turned| turned[i] * *step)]
+            });
         }
         Some(step)
     }
@@ -118,15 +140,22 @@ pub struct Curvature<'a> {
 impl Curvature<'_> {
     /// By how much a move turns the gradient.
     pub fn times(&self, moved: &[f64], turned: &mut [f64]) {
-        let n = moved.len();
-        for i in 0..n {
-            turned[i] = self.scale * self.stiffness.get(i).copied().unwrap_or(1.0) * moved[i];
+        // Two parts at a time: what they share is read once.
+        let mut shares = Vec::with_capacity(self.parts.len());
+        for parts in self.parts.chunks(2) {
+            let [a, b] = [&parts[0], &parts[parts.len() - 1]];
+            let found = sums(moved.len(), |i| [a[0][i], a[1][i], b[0][i], b[1][i]].map(|entry| entry * moved[i]));
+            shares.extend([[-found[0], found[1]], [-found[2], found[3]]].into_iter().take(parts.len()));
         }
-        for [taken, added] in &self.parts {
-            let (less, more) = (sum(n, |i| taken[i] * moved[i]), sum(n, |i| added[i] * moved[i]));
-            for i in 0..n {
-                turned[i] += more * added[i] - less * taken[i];
-            }
+        each(turned, |i, turned| {
+            *turned = self.scale * self.stiffness.get(i).copied().unwrap_or(1.0) * moved[i];
+        });
+        for (parts, shares) in self.parts.chunks(2).zip(shares.chunks(2)) {
+            let [a, b] = [&parts[0], &parts[parts.len() - 1]];
+            let [of_a, of_b] = [shares[0], if parts.len() == 2 { shares[1] } else { [0.0; 2] }];
+            each(turned, |i, turned| {
+                *turned += (of_a[1] * a[1][i] + of_a[0] * a[0][i]) + (of_b[1] * b[1][i] + of_b[0] * b[0][i]);
+            });
         }
     }
 }

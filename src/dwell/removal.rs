@@ -10,6 +10,7 @@
 
 use super::descent::LinearOperator;
 use super::footprint::Footprint;
+use super::vectors::each;
 use crate::fourier::{Convolution, good_length};
 use crate::height_map::Grid;
 use crate::path::ToolPath;
@@ -444,19 +445,21 @@ impl LinearOperator for Removal {
 
     fn forward(&mut self, times: &[f64], depths: &mut [f64]) {
         let mut padded = std::mem::take(&mut self.padded);
-        depths.fill(0.0);
         for part in 0..self.convolutions.len() {
             self.spread(times, part, &mut padded);
             self.convolutions[part].convolve(&mut padded);
-            for (row, line) in depths.chunks_exact_mut(self.window.columns).enumerate() {
+            depths.par_chunks_exact_mut(self.window.columns).enumerate().for_each(|(row, line)| {
                 let from = (row + self.margin[1]) * self.columns + self.margin[0];
-                for (depth, removed) in line.iter_mut().zip(&padded[from..]) {
-                    *depth += removed;
+                let removed = &padded[from..from + line.len()];
+                if part == 0 {
+                    line.copy_from_slice(removed);
+                } else {
+                    line.iter_mut().zip(removed).for_each(|(depth, removed)| *depth += removed);
                 }
-            }
+            });
         }
-        for (depth, factor) in depths.iter_mut().zip(&self.row_factors) {
-            *depth *= factor;
+        if !self.row_factors.is_empty() {
+            each(depths, |i, depth| *depth *= self.row_factors[i]);
         }
         self.padded = padded;
     }
@@ -465,15 +468,19 @@ impl LinearOperator for Removal {
         let mut padded = std::mem::take(&mut self.padded);
         times.fill(0.0);
         for part in 0..self.convolutions.len() {
-            padded.fill(0.0);
-            for (row, line) in depths.chunks_exact(self.window.columns).enumerate() {
-                let to = (row + self.margin[1]) * self.columns + self.margin[0];
-                padded[to..to + self.window.columns].copy_from_slice(line);
-                let factors = self.row_factors.get(row * self.window.columns..).unwrap_or_default();
-                for (depth, factor) in padded[to..to + self.window.columns].iter_mut().zip(factors) {
-                    *depth *= factor;
+            let (columns, rows) = (self.window.columns, self.window.rows);
+            padded.par_chunks_exact_mut(self.columns).enumerate().for_each(|(row, line)| {
+                line.fill(0.0);
+                let row = row.wrapping_sub(self.margin[1]);
+                if row < rows {
+                    let here = row * columns..(row + 1) * columns;
+                    let line = &mut line[self.margin[0]..][..columns];
+                    line.copy_from_slice(&depths[here.clone()]);
+                    if let Some(factors) = self.row_factors.get(here) {
+                        line.iter_mut().zip(factors).for_each(|(depth, factor)| *depth *= factor);
+                    }
                 }
-            }
+            });
             self.convolutions[part].correlate(&mut padded);
             match self.spread {
                 Spread::Linear => self.gather_from::<2>(&padded, part, times),

@@ -11,8 +11,9 @@ use super::bounds::Bounds;
 use super::descent::{self, Domain, Ended, LinearOperator, Stop};
 use super::followable::Followable;
 use super::largest;
-use super::objective::{Base, Figures, Objective, Price, Wanted, sum};
+use super::objective::{Base, Figures, Objective, Price, Wanted};
 use super::speed::{self, Limits, Segments};
+use super::vectors::sum;
 
 /// When the solver stops. Ten steps that together gain less than
 /// 1 % of the RMS (2 % of the squares) are not worth their time.

@@ -21,6 +21,8 @@ use super::SpeedSteps;
 use super::removal::segments;
 use crate::job::Corrective;
 use crate::path::ToolPath;
+use rayon::prelude::*;
+use std::ops::Range;
 
 /// What limits the speeds.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -105,8 +107,20 @@ impl Segments {
         if last { limits.acceleration * self.length[i] } else { 2.0 * limits.acceleration * self.length[i] }
     }
 
-    pub(super) fn lines(&self) -> impl Iterator<Item = std::ops::Range<usize>> + '_ {
+    pub(super) fn lines(&self) -> impl Iterator<Item = Range<usize>> + '_ {
         self.start.windows(2).map(|pair| pair[0]..pair[1]).filter(|line| !line.is_empty())
+    }
+
+    /// Changes the entries of each line by itself, on all cores.
+    pub(super) fn each_line(&self, values: &mut [f64], change: impl Fn(Range<usize>, &mut [f64]) + Sync) {
+        let mut rest = values;
+        let mut lines = Vec::with_capacity(self.start.len());
+        for line in self.lines() {
+            let (entries, after) = rest.split_at_mut(line.len());
+            lines.push((line, entries));
+            rest = after;
+        }
+        lines.into_par_iter().for_each(|(line, entries)| change(line, entries));
     }
 }
 
@@ -117,29 +131,29 @@ pub fn limit(speeds: &mut [f64], segments: &Segments, limits: &Limits) {
 }
 
 /// The same for speeds that a target can write, which stay so.
-fn slow_down(speeds: &mut [f64], segments: &Segments, limits: &Limits, root: impl Fn(f64) -> f64) {
-    for line in segments.lines() {
-        let last = line.end - 1;
-        let change = |i: usize| segments.change(i, i == last, limits);
+fn slow_down(speeds: &mut [f64], segments: &Segments, limits: &Limits, root: impl Fn(f64) -> f64 + Sync) {
+    segments.each_line(speeds, |line, speeds| {
+        let last = line.len() - 1;
+        let change = |i: usize| segments.change(line.start + i, i == last, limits);
         let half = change(last);
         let mut before = 0.0;
-        for i in line.clone() {
+        for (i, speed) in speeds.iter_mut().enumerate() {
             let most = before * before + change(i);
-            if speeds[i] * speeds[i] > most {
-                speeds[i] = root(most);
+            if *speed * *speed > most {
+                *speed = root(most);
             }
-            before = speeds[i];
+            before = *speed;
         }
         if speeds[last] * speeds[last] > half {
             speeds[last] = root(half);
         }
-        for i in line.rev().skip(1) {
+        for i in (0..last).rev() {
             let most = speeds[i + 1] * speeds[i + 1] + change(i + 1);
             if speeds[i] * speeds[i] > most {
                 speeds[i] = root(most);
             }
         }
-    }
+    });
 }
 
 /// What a change of speed from `before` to `speed` adds to the time of its segment, seconds (negative when slowing).
@@ -150,16 +164,22 @@ fn change_time(before: f64, speed: f64, acceleration: f64) -> f64 {
 /// Time that every segment takes, seconds.
 pub fn times(speeds: &[f64], segments: &Segments, limits: &Limits) -> Vec<f64> {
     let mut times = vec![0.0; speeds.len()];
-    for line in segments.lines() {
-        let last = line.end - 1;
+    times_into(speeds, segments, limits, &mut times);
+    times
+}
+
+/// The same into `times`.
+pub(super) fn times_into(speeds: &[f64], segments: &Segments, limits: &Limits, times: &mut [f64]) {
+    segments.each_line(times, |line, times| {
         let mut before = 0.0;
-        for i in line {
-            times[i] = segments.length[i] / speeds[i] + change_time(before, speeds[i], limits.acceleration);
+        for (i, time) in line.zip(times.iter_mut()) {
+            *time = segments.length[i] / speeds[i] + change_time(before, speeds[i], limits.acceleration);
             before = speeds[i];
         }
-        times[last] += before / (2.0 * limits.acceleration);
-    }
-    times
+        if let Some(last) = times.last_mut() {
+            *last += before / (2.0 * limits.acceleration);
+        }
+    });
 }
 
 /// Speeds for wanted times, within the feed limits and what the arm can follow. The time that the changes of speed add
