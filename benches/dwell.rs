@@ -11,9 +11,10 @@ use polishc::dwell::objective::{Base, Objective, Price, Wanted};
 use polishc::dwell::removal::{Removal, Samples, Window};
 use polishc::dwell::solver::STOP;
 use polishc::dwell::{Footprint, SpeedSteps, Task, pareto, predict, solve};
-use polishc::height_map::Grid;
+use polishc::height_map::{Grid, npy};
 use polishc::job::{
-    self, Annulus, Aperture, Circle, Corrective, Empty, FreePiston, Lines, Path, Piston, Plane, Raster, TimeObjective,
+    self, Annulus, Aperture, Circle, Corrective, Empty, FreePiston, Lines, Path, Piston, Plane, Raster, Rectangle,
+    TimeObjective,
 };
 use polishc::path::{self, Setting, ToolPath};
 use polishc::tool::{InfluenceField, InfluenceFunction};
@@ -67,9 +68,9 @@ fn corrective(objective: job::Objective) -> Corrective {
     }
 }
 
-fn lines(over: f64, step: f64, pitch: f64) -> ToolPath {
+fn lines(over: Aperture, part: &Aperture, step: f64, pitch: f64) -> ToolPath {
     let raster = Raster {
-        over: circle(over),
+        over,
         point_step: mm(step),
         line_pitch: mm(pitch),
         direction: Angle(0.0),
@@ -79,10 +80,9 @@ fn lines(over: f64, step: f64, pitch: f64) -> ToolPath {
         landing: None,
         passes: None,
     };
-    let part = circle(over - 30.0);
     let setting = Setting {
-        edge: &part,
-        clear: &part,
+        edge: part,
+        clear: part,
         surface: &Plane {},
         most_points: 2_000_000,
         line_points: usize::MAX,
@@ -91,12 +91,16 @@ fn lines(over: f64, step: f64, pitch: f64) -> ToolPath {
     path::plan(&Path::raster(raster), &setting).expect("a path")
 }
 
+fn lines_of_disc(over: f64, step: f64, pitch: f64) -> ToolPath {
+    lines(circle(over), &circle(over - 30.0), step, pitch)
+}
+
 fn example() -> Example {
     let ring = |outer: f64, inner: f64| {
         Aperture::annulus(Annulus { outer_diameter: mm(outer), inner_diameter: mm(inner), centre: None })
     };
     Example {
-        path: lines(380.0, 4.0, 0.5),
+        path: lines_of_disc(380.0, 4.0, 0.5),
         error: form(341, 1e-3),
         clear: ring(323.0, 70.0),
         edge: ring(340.0, 60.0),
@@ -110,7 +114,7 @@ fn example() -> Example {
 fn large(points: usize) -> Example {
     let step = (std::f64::consts::PI * 110.0 * 110.0 / points as f64).sqrt();
     Example {
-        path: lines(220.0, step, step),
+        path: lines_of_disc(220.0, step, step),
         error: form(1000, 0.2e-3),
         clear: circle(180.0),
         edge: circle(190.0),
@@ -118,6 +122,33 @@ fn large(points: usize) -> Example {
         dwell: corrective(job::Objective::rms(Empty {})),
         pitch: step * 1e-3,
     }
+}
+
+/// A published strip of 190 mm by 15 mm with a Gaussian of 1 mm (tests/jobs/dwell_a.polish), where its map is at hand: in the
+/// folder of samples, POLISHC_SAMPLES or beside the project.
+fn published() -> Option<Example> {
+    let folder = std::env::var_os("POLISHC_SAMPLES").map_or("../shared/samples".into(), std::path::PathBuf::from);
+    let bytes = std::fs::read(folder.join("dwell_a_height_m.npy")).ok()?;
+    let map = npy::read(&bytes, "dwell_a_height_m.npy").expect("the published map");
+    let pixel = 0.361515e-3;
+    let origin = [-294.0 * pixel, -40.0 * pixel];
+    let error = Grid { columns: map.columns, rows: map.rows, pixel: [pixel; 2], origin, values: map.values };
+    let rectangle = |x: f64, y: f64| Aperture::rectangle(Rectangle { x: mm(x), y: mm(y), centre: None });
+    let clear = rectangle(190.16, 15.19);
+    let influence = InfluenceFunction::gaussian(10e-9, 1e-3, 10e-3).expect("an influence function");
+    Some(Example {
+        path: lines(rectangle(200.27931, 25.30605), &clear, 0.361515, 0.361515),
+        error,
+        edge: clear.clone(),
+        clear,
+        influence: influence.into(),
+        dwell: Corrective {
+            feed: Range { from: Speed(1e-5), to: Speed(0.1) },
+            acceleration: Acceleration(5.0),
+            ..corrective(job::Objective::rms(Empty {}))
+        },
+        pitch: pixel,
+    })
 }
 
 fn task(example: &Example) -> Task<'_> {
@@ -220,7 +251,7 @@ fn a_hundred_steps_on_1024_pixels(bencher: divan::Bencher) {
     let error = form(1024, 0.33e-3);
     let influence = InfluenceFunction::gaussian(10e-9, 9e-3, 164.0 * 0.33e-3).expect("an influence function");
     let footprint = Footprint::of(&influence, 0.0);
-    let path = lines(330.0, 0.92, 0.92);
+    let path = lines_of_disc(330.0, 0.92, 0.92);
     let samples = Samples::segments(&path, footprint.sigma / 2.0);
     let window = Window::of(&error);
     bencher.bench_local(|| steps(&mut Removal::new(&samples, &footprint, window), &error.values, &window, 100));
@@ -243,6 +274,71 @@ fn steps(operator: &mut Removal, wanted: &[f64], window: &Window, count: usize) 
     let found = descend(operator, &problem, &mut domain, stop);
     assert_eq!(found.iterations, count);
     domain.into_times()
+}
+
+/// The published problem: the shortest run that leaves so many picometres, from the checks to the prediction.
+#[divan::bench(args = [5.0, 94.0], sample_count = 5)]
+fn published_problem(bencher: divan::Bencher, picometres: f64) {
+    let Some(example) = published() else { return eprintln!("skipped: no map of the published problem at hand") };
+    let dwell = Corrective {
+        objective: job::Objective::time(TimeObjective { rms: Length(picometres * 1e-12) }),
+        ..example.dwell.clone()
+    };
+    let example = Example { dwell, ..example };
+    // As a job without a robot plans.
+    let task = || Task { speed_steps: SpeedSteps::Digits(7), ..task(&example) };
+    bencher.bench_local(|| solve(task(), &mut Vec::new()).expect("a solved run"));
+}
+
+/// The published problem as it is stated for other solvers: bounded least squares beneath an even layer of 50 nm down to 5 pm,
+/// the time not looked at.
+#[divan::bench(sample_count = 5)]
+fn published_problem_least_squares(bencher: divan::Bencher) {
+    let Some(example) = published() else { return eprintln!("skipped: no map of the published problem at hand") };
+    let footprint = Footprint::of(&example.influence.parts[0], 0.0);
+    let samples = Samples::segments(&example.path, footprint.sigma / 2.0);
+    let window =
+        Window { columns: 527, rows: 43, pixel: example.error.pixel, origin: [-263.0, -21.0].map(|k| k * 0.361515e-3) };
+    let heights: Vec<f64> = (0..window.len()).map(|i| example.error.at(i / 527 + 19, i % 527 + 31)).collect();
+    let lowest = heights.iter().fold(f64::INFINITY, |low, h| low.min(*h));
+    let wanted: Vec<f64> = heights.iter().map(|height| height - lowest + 50e-9).collect();
+    let weights = vec![1.0; window.len()];
+    bencher.bench_local(|| {
+        rayon::scope(|_| {
+            let mut operator = Removal::new(&samples, &footprint, window);
+            let n = operator.unknowns();
+            let (lower, upper) = (vec![0.361515e-3 / 0.1; n], vec![0.361515e-3 / 1e-5; n]);
+            // As long as the depth around each segment asks for, against what a second everywhere removes there.
+            let (mut unit, mut local, mut have) = (vec![0.0; window.len()], vec![0.0; n], vec![0.0; n]);
+            operator.forward(&vec![1.0; n], &mut unit);
+            operator.transpose(&wanted, &mut local);
+            operator.transpose(&unit, &mut have);
+            let mut stiffness = vec![0.0; n];
+            operator.transpose(&weights, &mut stiffness);
+            let whole = stiffness.iter().fold(0.0f64, |most, s| most.max(*s));
+            stiffness.iter_mut().for_each(|s| *s = (*s / whole).max(1e-3));
+            let quotient = |i: usize| if have[i] > 1e-6 * have[n / 2] { local[i] / have[i] } else { 0.0 };
+            let start: Vec<f64> = (0..n).map(quotient).collect();
+            let base = Base::AtMost(f64::INFINITY);
+            let problem =
+                Wanted { depths: &wanted, weights: &weights, base, objective: Objective::Squares, price: Price::NONE };
+            let stop = polishc::dwell::descent::Stop {
+                value: 0.5 * window.len() as f64 * 5e-12 * 5e-12,
+                relative_decrease: 0.0,
+                ..STOP
+            };
+            let mut domain = Bounds::new(&lower, &upper, &start).with_stiffness(&stiffness);
+            let found = descend(&mut operator, &problem, &mut domain, stop);
+            if std::env::var_os("DWELL_FIGURES").is_some() {
+                eprintln!(
+                    "{} steps, {:.1} min, {found:?}",
+                    found.iterations,
+                    domain.into_times().iter().sum::<f64>() / 60.0
+                );
+            }
+            found
+        })
+    });
 }
 
 /// One forward product and one transpose: a step of the solver.
