@@ -67,6 +67,8 @@ pub struct Request {
     pub sets: Vec<(String, String)>,
     /// Only this job of the file.
     pub job: Option<String>,
+    /// Whether what comes after is done with one job: then a file with several is refused (E0213) unless `job` names one.
+    pub one_job: bool,
     pub purpose: Purpose,
     pub until: Until,
     /// Whether the table of residual against machine time is wanted.
@@ -81,6 +83,7 @@ impl Request {
             path: path.into(),
             sets: Vec::new(),
             job: None,
+            one_job: false,
             purpose: Purpose::Polish,
             until: Until::Program,
             pareto: false,
@@ -156,7 +159,12 @@ pub fn compile(files: &dyn FileProvider, request: &Request, watch: &dyn Watch) -
         jobs: Vec::new(),
         warnings_are_errors: request.warnings_are_errors,
     };
-    for job in compiled.jobs {
+    let mut jobs = compiled.jobs;
+    if request.one_job && jobs.len() > 1 {
+        done.diagnostics.push(several(&jobs));
+        jobs.clear();
+    }
+    for job in jobs {
         let mut planned = Planned {
             name: job.name,
             job: job.job,
@@ -217,6 +225,14 @@ pub fn compile(files: &dyn FileProvider, request: &Request, watch: &dyn Watch) -
     done
 }
 
+/// E0213 for a file that holds several jobs where one is asked for. Taking the first would show another mirror than the one meant.
+fn several(jobs: &[eval::CompiledJob]) -> Diagnostic {
+    let names: Vec<String> = jobs.iter().map(|job| format!("`{}`", job.name)).collect();
+    Diagnostic::placeless(code::E0213, format!("the file has {} jobs, and none of them is named", jobs.len()))
+        .note(format!("its jobs: {}", names.join(", ")))
+        .help("name one of them: `--job NAME`, or `--name NAME` for `verify`")
+}
+
 /// Whether a code belongs to the text (syntax to values), not to a pass after it.
 fn of_text(code: &str) -> bool {
     code.get(1..3).is_some_and(|range| range <= "04")
@@ -259,7 +275,7 @@ fn head(span: Span, sources: &Sources) -> Span {
     }
 }
 
-/// Says whether an edited or foreign `program` does what the first job of `done` asks, as diagnostics of `done`.
+/// Says whether an edited or foreign `program` does what the job of `done` asks, as diagnostics of `done`.
 /// The job must have been compiled as far as [`Until::Motion`].
 pub fn verify(done: &mut Compilation, program: &Program) {
     let Some(planned) = done.jobs.first() else { return };

@@ -306,6 +306,10 @@ fn noise_of_the_map_is_polished_in_as_forecast() {
             case.really(noisy.solve().timed, 1.0)
         })
         .collect();
+    // The forecast draws the line of what is polished in at a transfer of a hundredth. The solver has no line: it leaves off where its
+    // steps gain little, and the line is meant to hold to half a decade, from a thirtieth to a three-hundredth. What a Gaussian
+    // spot follows down to a share s is an area of the frequency plane that goes as ln(1 / s), and so does the noise in it: half a
+    // decade of two is a quarter.
     agree(&expected, outcome.figures.rms, &runs, 0.25);
 }
 

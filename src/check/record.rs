@@ -234,7 +234,7 @@ impl Checker<'_> {
             }
             let want = Want { ty, what: format!("`{}`", name.text), unit: self.unit_of_limits(schema, &field) };
             // The short form `workpece { … }` has one misspelt word, not two.
-            let value = match (&value.kind, &want.ty) {
+            let value = match (&value.kind, want.ty.required()) {
                 (ExprKind::Record { schema: Some(short), body }, Type::Schema(schema))
                     if short.span == name.span && field != name.text =>
                 {

@@ -71,7 +71,7 @@ fn dispatch(arguments: &Arguments) -> u8 {
         Command::New { folder, template } => new::project(common, folder, *template),
         Command::Simulate { file, program, log, frame, output, job, set } => {
             let until = if program.is_empty() && log.is_none() { Until::Program } else { Until::Motion };
-            let request = request(common, file, job.as_deref(), set, For::Polish, until);
+            let request = Request { one_job: true, ..request(common, file, job.as_deref(), set, For::Polish, until) };
             simulate::simulate(common, &request, (program, log.as_deref(), *frame), output.as_deref())
         }
         Command::Sweep { file, over, job, set } => {
@@ -107,6 +107,7 @@ fn request(common: &Common, file: &Path, job: Option<&str>, set: &[String], purp
         path: file.to_string_lossy().into_owned(),
         sets: sets(set),
         job: job.map(str::to_string),
+        one_job: false,
         purpose: match purpose {
             For::Polish => Purpose::Polish,
             For::DryRun => Purpose::DryRun,
@@ -328,7 +329,8 @@ fn tell(planned: &Planned, folder: &Path, files: &[(String, Vec<u8>)]) {
 fn verify(common: &Common, programs: &[PathBuf], file: &Path, name: Option<&str>, set: &[String], purpose: For) -> u8 {
     let timings = Timings::new();
     let disk = Disk::new(file, common.allow_outside);
-    let mut done = session::compile(&disk, &request(common, file, name, set, purpose, Until::Motion), &timings);
+    let request = Request { one_job: true, ..request(common, file, name, set, purpose, Until::Motion) };
+    let mut done = session::compile(&disk, &request, &timings);
     if done.failed() {
         show(common, &done.sources, &done.diagnostics);
         return finish(common, &timings, WRONG_INPUT);

@@ -457,6 +457,61 @@ mod tests {
         }
     }
 
+    /// Of the process x(s) with variance 1 and the correlation exp(-|s|) over lengths in units of `over`, on a segment of the length
+    /// L = 1 / ratio, and k = exp(-L). By hand, from the integrals of the correlation:
+    ///
+    /// ```text
+    /// variance of the mean      2/L² · ∫₀ᴸ (L - s) exp(-s) ds = 2 (1/L - (1 - k)/L²)
+    /// mean with either end      1/L · ∫₀ᴸ exp(-s) ds          = (1 - k)/L
+    /// start with end            k
+    /// ```
+    #[test]
+    fn the_process_along_a_segment_is_the_exponentially_correlated_one() {
+        // The start, and both numbers, are independent normal numbers: what comes out is linear in them, so that its covariances are
+        // sums of products of what each of them gives alone.
+        for length in [1e-3, 0.02, 0.5, 1.0, 3.0, 40.0] {
+            let of = |start, first, second| along_a_segment(start, 1.0 / length, first, second);
+            let parts = [of(1.0, 0.0, 0.0), of(0.0, 1.0, 0.0), of(0.0, 0.0, 1.0)];
+            let sum = |product: fn(&(f64, f64)) -> f64| parts.iter().map(product).sum::<f64>();
+            let k = libm::exp(-length);
+            let cases = [
+                ("mean", sum(|(mean, _)| mean * mean), 2.0 * (1.0 / length - (1.0 - k) / (length * length))),
+                ("end", sum(|(_, end)| end * end), 1.0),
+                ("mean with end", sum(|(mean, end)| mean * end), (1.0 - k) / length),
+                ("mean with start", parts[0].0, (1.0 - k) / length),
+                ("end with start", parts[0].1, k),
+            ];
+            for (what, found, expected) in cases {
+                // Over a thousandth of a length these are differences of numbers near a million, each rounded at 1e-10.
+                assert!((found - expected).abs() < 1e-9, "{what} over {length}: {found}, not {expected}");
+            }
+            let (mean, end) = of(0.3, -0.7, 1.1);
+            let linear =
+                |pick: fn(&(f64, f64)) -> f64| 0.3 * pick(&parts[0]) - 0.7 * pick(&parts[1]) + 1.1 * pick(&parts[2]);
+            assert!((mean - linear(|part| part.0)).abs() < 1e-12 && (end - linear(|part| part.1)).abs() < 1e-12);
+        }
+        // Beyond ten thousand segments in a correlation length the mean is taken for the start: the mean square of their difference is
+        // 2 L / 3 to first order, less than a ten-thousandth.
+        assert_eq!(along_a_segment(0.4, 2e4, 1.0, 1.0).0, 0.4);
+    }
+
+    /// Steps of one length give what steps of half the length give, in mean squares: the process knows nothing of its segments.
+    #[test]
+    fn the_process_is_the_same_over_halves() {
+        // Ends of two halves in a row: the correlation of the first start with the last end is exp(-1) either way.
+        let (half, whole) = (along_a_segment(1.0, 2.0, 0.0, 0.0).1, along_a_segment(1.0, 1.0, 0.0, 0.0).1);
+        assert!((half * half - whole).abs() < 1e-15);
+        // The mean over two halves, by their covariances by hand: a quarter of both variances and twice the product of the first mean
+        // with the start of the second, times what the second mean has of it.
+        let parts: Vec<(f64, f64)> =
+            [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)].map(|(x, a, b)| along_a_segment(x, 2.0, a, b)).to_vec();
+        let variance: f64 = parts.iter().map(|part| part.0 * part.0).sum();
+        let with_end: f64 = parts.iter().map(|part| part.0 * part.1).sum();
+        let two = 0.25 * (2.0 * variance + 2.0 * with_end * parts[0].0);
+        let one = 2.0 * (1.0 - (1.0 - libm::exp(-1.0)));
+        assert!((two - one).abs() < 1e-12, "{two} {one}");
+    }
+
     #[test]
     fn a_slope_is_exact_for_a_plane() {
         let window = Window { columns: 5, rows: 4, pixel: [1e-3, 2e-3], origin: [0.0; 2] };

@@ -55,11 +55,20 @@ pub(super) fn frame_covers(grid: &Grid, clear: &Aperture) -> Result<(), Problem>
     Err(Problem::error(codes::E0509, "file", message).help(smaller_clear(worst.0)))
 }
 
-/// Refuses the largest hole that is left in the clear aperture. `limit` is the largest area that the job lets be filled.
-pub(super) fn no_holes(grid: &Grid, clear: &Aperture, limit: f64) -> Result<(), Problem> {
+/// Refuses the largest hole that is left in the clear aperture. `whose` tells of a hole the field of the map that it is in,
+/// if that is not the map itself, and the largest area that the job lets be filled there.
+pub(super) fn no_holes(
+    grid: &Grid,
+    clear: &Aperture,
+    whose: impl FnOnce(&holes::Hole) -> (Option<String>, f64),
+) -> Result<(), Problem> {
     let found = holes::find(grid, &inside(grid, clear));
     let Some(hole) = found.iter().rev().max_by_key(|hole| hole.pixels.len()) else { return Ok(()) };
-    let problem = if hole.open { falls_short(grid, hole, clear) } else { too_large_hole(grid, hole, limit) };
+    let (field, limit) = whose(hole);
+    let mut problem = if hole.open { falls_short(grid, hole, clear) } else { too_large_hole(grid, hole, limit) };
+    if let Some(field) = field {
+        problem = problem.within(&field);
+    }
     Err(match found.len() - 1 {
         0 => problem,
         1 => problem.note("1 more hole is refused too"),

@@ -28,7 +28,7 @@ mod stitch;
 mod surface_figures;
 mod zernike_fit;
 
-pub use combine::Record;
+pub use combine::{Record, StitchedRecord};
 pub use figures::Figures;
 pub use inspect::{Inspection, MapFacts, ProfileFacts, inspect};
 pub use low_order::LowOrder;
@@ -46,7 +46,7 @@ pub use zernike_fit::{ZernikeFit, zernike_fit};
 
 use crate::diagnostics::Problem;
 use crate::height_map::{Grid, RawMap};
-use crate::job::{FormError, HeightMap, Workpiece};
+use crate::job::{HeightMap, Workpiece};
 use crate::source::FileProvider;
 use combine::Combine;
 use place::{Extent, Placed};
@@ -86,18 +86,22 @@ pub fn error_map(
     files: &dyn FileProvider,
     warnings: &mut Vec<Problem>,
 ) -> Result<ErrorMap, Problem> {
-    let mut combine = Combine { workpiece, files, record: Record::default() };
-    let error = of(&workpiece.error, "workpiece.error", &mut combine, warnings)?;
+    let mut combine = Combine::new(workpiece, files, "workpiece.error");
+    let mut said = Vec::new();
+    let error = combine.form_error(&workpiece.error, Extent::Whole, &mut said);
+    let error = of_field("workpiece.error", error, said, warnings)?;
     let mut map = finished(error, combine.record);
     if let Some(target) = &workpiece.target {
-        let mut combine = Combine { workpiece, files, record: Record::default() };
-        let target = of(target, "workpiece.target", &mut combine, warnings)?;
+        let mut combine = Combine::new(workpiece, files, "workpiece.target");
+        let mut said = Vec::new();
+        let target = combine.taken_off(target, Extent::Whole, &mut said);
+        let target = of_field("workpiece.target", target, said, warnings)?;
         combine::take_off(&mut map.grid, &target.grid);
-        // The rim of the target's pixels may lie otherwise than the map's.
-        cover::no_holes(&map.grid, &workpiece.clear, 0.0).map_err(|problem| problem.within("workpiece.target"))?;
+        combine::only_between_pixels(&map.grid, &workpiece.clear)
+            .map_err(|problem| problem.within("workpiece.target"))?;
         map.after = place::measured(&map.grid, &cover::inside(&map.grid, &workpiece.clear));
         map.record.maps.extend(combine.record.maps);
-        map.record.seams.extend(combine.record.seams);
+        map.record.stitched.extend(combine.record.stitched);
     }
     Ok(map)
 }
@@ -111,28 +115,20 @@ pub fn place(
     warnings: &mut Vec<Problem>,
 ) -> Result<ErrorMap, Problem> {
     let mut said = Vec::new();
-    let placed = place::place_map(raw, map, workpiece, Extent::Whole, files, &mut said).and_then(|(placed, record)| {
-        cover::no_holes(&placed.grid, &workpiece.clear, place::fill_limit(map, placed.grid.pixel))?;
-        Ok((placed, record))
-    });
-    warnings.extend(said.into_iter().map(|warning| warning.within("workpiece.error")));
-    let (placed, record) = placed.map_err(|problem| problem.within("workpiece.error"))?;
+    let placed = place::place_map(raw, map, workpiece, Extent::Whole, files, &mut said);
+    let (placed, record) = of_field("workpiece.error", placed, said, warnings)?;
     Ok(finished(placed, Record { maps: vec![record], ..Record::default() }))
 }
 
-/// The map of `error`, without a hole in the clear aperture.
-fn of(error: &FormError, field: &str, combine: &mut Combine, warnings: &mut Vec<Problem>) -> Result<Placed, Problem> {
-    let mut said = Vec::new();
-    let whole = combine.form_error(error, Extent::Whole, &mut said).and_then(|placed| {
-        let limit = match error {
-            FormError::height_map(map) => place::fill_limit(map, placed.grid.pixel),
-            _ => 0.0,
-        };
-        cover::no_holes(&placed.grid, &combine.workpiece.clear, limit)?;
-        Ok(placed)
-    });
+/// What was found and `said` of the map at `field`.
+fn of_field<T>(
+    field: &str,
+    found: Result<T, Problem>,
+    said: Vec<Problem>,
+    warnings: &mut Vec<Problem>,
+) -> Result<T, Problem> {
     warnings.extend(said.into_iter().map(|warning| warning.within(field)));
-    whole.map_err(|problem| problem.within(field))
+    found.map_err(|problem| problem.within(field))
 }
 
 fn finished(placed: Placed, record: Record) -> ErrorMap {

@@ -13,8 +13,8 @@
 //! 6. Off the part (`edge`) there is no glass: unknown, as what `leave_out` names.
 //! 7. The picture must cover the clear aperture, unless it is a piece of a stitched map.
 //! 8. `subtract`: taken off by least squares over the measured pixels of the clear aperture.
-//! 9. `fill_below`: holes inside the clear aperture up to this area are filled. Larger ones stay: whether they are
-//!    refused is known when all maps are put together.
+//! 9. `fill_below`: holes inside the clear aperture up to this area are filled, if measured pixels lie all around them.
+//!    Others stay; whether they are refused hangs on what the map is for ([`Extent`]).
 
 use super::cover::{self, inside, plural, square_millimetres};
 use super::registration::{Registered, quarter_turned, register};
@@ -73,10 +73,14 @@ const WIDER: f64 = 1.9;
 /// the glass.
 const MANY_SPIKES: f64 = 0.01;
 
-/// Whether a map must say everything of the clear aperture, or is a piece of one that does.
+/// How much a map must say of the clear aperture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Extent {
+    /// Every pixel.
     Whole,
+    /// Its picture covers it; where it has a hole, other maps of an average may know.
+    Covering,
+    /// It is a piece of a stitched map.
     Piece,
 }
 
@@ -103,7 +107,7 @@ pub(super) fn place_map(
     picture.values.iter_mut().for_each(|value| *value *= factor);
 
     let mut grid = lay_on_part(&picture, map, workpiece, &mut record)?;
-    if extent == Extent::Whole {
+    if extent != Extent::Piece {
         doubt_size(&grid, &workpiece.edge, warnings);
         if record.registered.is_none() {
             doubt_centre(&grid, &workpiece.edge, warnings);
@@ -115,7 +119,7 @@ pub(super) fn place_map(
         let left_out = map.leave_out.iter().flatten().any(|area| area.contains(x, y));
         left_out || !workpiece.edge.contains(x, y)
     });
-    if extent == Extent::Whole {
+    if extent != Extent::Piece {
         cover::frame_covers(&grid, &workpiece.clear)?;
     }
 
@@ -131,10 +135,10 @@ pub(super) fn place_map(
     record.removed = low_order::subtract(&mut grid, &needed, &map.subtract).ok_or_else(|| not_fixed(before.count))?;
     let after = measured(&grid, &needed);
 
-    // What touches no known pixel cannot be filled, and stays a hole.
+    // A hole that goes on beyond the clear aperture has no rim on that side: filling it would be guessing on.
     let limit = fill_limit(map, grid.pixel);
     let pixel_area = grid.pixel[0] * grid.pixel[1];
-    let small = |hole: &holes::Hole| hole.pixels.len() as f64 * pixel_area <= limit;
+    let small = |hole: &holes::Hole| !hole.open && hole.pixels.len() as f64 * pixel_area <= limit;
     let mut found = holes::find(&grid, &needed);
     found.retain(|hole| small(hole) && holes::fill(&mut grid, hole));
     let filled_pixels: usize = found.iter().map(|hole| hole.pixels.len()).sum();
@@ -148,6 +152,9 @@ pub(super) fn place_map(
             square_millimetres(filled_area)
         );
         warnings.push(Problem::warning(codes::W0500, "fill_below", message));
+    }
+    if extent == Extent::Whole {
+        cover::no_holes(&grid, &workpiece.clear, |_| (None, limit))?;
     }
     let wavelength = raw.wavelength;
     let placed = Placed { grid, before, after, filled_holes: found.len(), filled_pixels, filled_area, wavelength };

@@ -63,9 +63,9 @@ pub fn check(
         if let (Link::OnSurface, Some(next)) = (line.link, path.lines.get(i + 1)) {
             let next = path.points.position(next.points.start);
             // Along the whole way, its middle included, at places no farther apart than a tenth of the spot's radius: between
-            // them the edge is nearer by no more than a twentieth.
+            // them the edge is nearer by no more than a twentieth. However long the way is: removal is summed up in finer steps.
             let length = libm::hypot(next[0] - last[0], next[1] - last[1]);
-            let parts = ((5.0 * length / spot_radius).ceil() as usize).clamp(1, 1000) * 2;
+            let parts = 2 * (5.0 * length / spot_radius).ceil() as usize;
             for k in 1..parts {
                 let t = k as f64 / parts as f64;
                 look([last[0] + t * (next[0] - last[0]), last[1] + t * (next[1] - last[1])], false);
@@ -193,6 +193,20 @@ mod tests {
         // Lifted, the tool may pass over it.
         path.lines[0].link = Link::Lifted;
         assert!(check(&path, &part(), 8e-3, 0.1, 0.5).is_ok());
+    }
+
+    #[test]
+    fn a_long_way_over_a_small_part_is_seen() {
+        // A way of ten metres along x, ten thousand spot radii, over a part of 1 mm diameter and a spot of 0.1 mm radius. 2000 even
+        // parts of it would have no end nearer than 1 mm to the part's middle, which lies at x = 0.
+        let mut path = ToolPath::default();
+        for (line, x) in [-5.002, 5.0].into_iter().enumerate() {
+            path.points.push([x, 0.0, 0.0], [0.0, 0.0, 1.0]);
+            path.lines.push(Line { points: line..line + 1, link: Link::OnSurface });
+        }
+        let small = Aperture::circle(Circle { diameter: Length(1e-3), centre: None });
+        let problem = check(&path, &small, 0.1e-3, 0.1, 0.5).unwrap_err();
+        assert_eq!(problem.code, codes::E0644);
     }
 
     #[test]

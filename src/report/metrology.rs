@@ -5,7 +5,7 @@
 
 use super::{DEGREES, rounded};
 use crate::job::{Figures, ZernikeOrder};
-use crate::metrology::{ErrorMap, MapRecord, Profile, Psd, Registered, SurfaceFigures};
+use crate::metrology::{ErrorMap, LowOrder, MapRecord, Profile, Psd, Registered, Seam, StitchedRecord, SurfaceFigures};
 use serde::Serialize;
 
 /// The `metrology` of a job's result.
@@ -13,9 +13,9 @@ use serde::Serialize;
 pub struct MetrologyResult {
     /// Every map, in the order of the job.
     pub maps: Vec<MapResult>,
-    /// Overlaps of stitched maps.
+    /// Every map that was made of pieces.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub seams: Vec<SeamResult>,
+    pub stitched: Vec<StitchedResult>,
     /// Standard deviation of one map among those averaged.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub spread_nm: Option<f64>,
@@ -33,15 +33,21 @@ pub struct MapResult {
     pub masked: usize,
     pub trimmed: usize,
     pub spikes: usize,
-    /// What `subtract` took off.
+    #[serde(flatten)]
+    pub removed: RemovedResult,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub registration: Option<RegistrationResult>,
+}
+
+/// What `subtract` took off.
+#[derive(Clone, Debug, Serialize)]
+pub struct RemovedResult {
     pub piston_nm: f64,
     pub tilt_urad: [f64; 2],
     /// Factor of x² + y².
     pub power_per_m: f64,
     /// Root mean square of astigmatism, coma, trefoil and spherical, as far as they were named.
     pub aberrations_nm: f64,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub registration: Option<RegistrationResult>,
 }
 
 /// How the marks put a map on the part, against the declared orientation.
@@ -55,9 +61,20 @@ pub struct RegistrationResult {
     pub residual_max_mm: f64,
 }
 
+/// One map that was made of pieces.
+#[derive(Clone, Debug, Serialize)]
+pub struct StitchedResult {
+    /// Where the job says it, such as `workpiece.error`.
+    pub field: String,
+    pub seams: Vec<SeamResult>,
+    #[serde(flatten)]
+    pub removed: RemovedResult,
+}
+
+/// One overlap of two pieces.
 #[derive(Clone, Debug, Serialize)]
 pub struct SeamResult {
-    /// Which maps, from 1, in the order of the job.
+    /// Which of the stitched map's `maps`, from 1.
     pub maps: [usize; 2],
     pub pixels: usize,
     pub rms_nm: f64,
@@ -173,16 +190,7 @@ pub fn result(
 ) -> MetrologyResult {
     MetrologyResult {
         maps: map.record.maps.iter().map(|record| one_map(record, shown(&record.file))).collect(),
-        seams: map
-            .record
-            .seams
-            .iter()
-            .map(|seam| SeamResult {
-                maps: seam.pieces.map(|piece| piece + 1),
-                pixels: seam.pixels,
-                rms_nm: rounded(seam.rms * 1e9, 3),
-            })
-            .collect(),
+        stitched: map.record.stitched.iter().map(stitched).collect(),
         spread_nm: map.record.spread.map(|spread| rounded(spread * 1e9, 3)),
         filled_holes: map.filled_holes,
         filled_area_mm2: rounded(map.filled_area * 1e6, 3),
@@ -191,17 +199,35 @@ pub fn result(
 }
 
 fn one_map(record: &MapRecord, file: String) -> MapResult {
-    let removed = &record.removed;
     MapResult {
         file,
         masked: record.masked,
         trimmed: record.trimmed,
         spikes: record.spikes,
+        removed: removed(&record.removed),
+        registration: record.registered.as_ref().map(registration),
+    }
+}
+
+fn removed(removed: &LowOrder) -> RemovedResult {
+    RemovedResult {
         piston_nm: rounded(removed.piston * 1e9, 3),
         tilt_urad: removed.tilt.map(|slope| rounded(slope * 1e6, 4)),
         power_per_m: rounded(removed.power, 9),
         aberrations_nm: rounded(removed.aberrations * 1e9, 3),
-        registration: record.registered.as_ref().map(registration),
+    }
+}
+
+fn stitched(record: &StitchedRecord) -> StitchedResult {
+    let seam = |seam: &Seam| SeamResult {
+        maps: seam.pieces.map(|piece| piece + 1),
+        pixels: seam.pixels,
+        rms_nm: rounded(seam.rms * 1e9, 3),
+    };
+    StitchedResult {
+        field: record.field.clone(),
+        seams: record.seams.iter().map(seam).collect(),
+        removed: removed(&record.removed),
     }
 }
 

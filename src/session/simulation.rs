@@ -1,6 +1,6 @@
 //! Simulation: what a job's plan, its program or a run of it leaves on the part.
 //!
-//! In: a [`Compilation`] and what to simulate. Out: a [`Simulation`] of its first job, whose oddities are told as the
+//! In: a [`Compilation`] and what to simulate. Out: a [`Simulation`] of its job, whose oddities are told as the
 //! compilation's.
 
 use super::{Compilation, Planned, in_text, no_program};
@@ -31,7 +31,7 @@ pub struct Simulation {
     pub result: SimulationResult,
 }
 
-/// Simulates the first job of `done`, which must have been compiled to its motion, or to dwell where it has no robot.
+/// Simulates the job of `done`, which must have been compiled to its motion, or to dwell where it has no robot.
 /// `None` if something is wrong; `done` then says what.
 pub fn simulate(done: &mut Compilation, of: &Of) -> Option<Simulation> {
     let planned = done.jobs.first()?;

@@ -286,7 +286,7 @@ impl<'a> Matcher<'a> {
         if self.in_round() {
             return;
         }
-        if !field && (self.goes_on_after() || self.goes_on_before(at)) {
+        if !field && !self.begins_allow(at) && (self.goes_on_after() || self.goes_on_before(at)) {
             return;
         }
         if self.by_indent && self.forgotten_opener(at).is_some() {
@@ -339,6 +339,13 @@ impl<'a> Matcher<'a> {
                 .lexemes
                 .get(at + 1)
                 .is_some_and(|next| next.kind == LexemeKind::Colon && next.line == self.lexemes[at].line)
+    }
+
+    /// `allow` with a word after it on its line: no value is written so, and no value goes on into such a line.
+    fn begins_allow(&self, at: usize) -> bool {
+        let next = self.lexemes.get(at + 1);
+        self.slice(at) == "allow"
+            && next.is_some_and(|next| next.kind == LexemeKind::Word && next.line == self.lexemes[at].line)
     }
 
     fn comma(&mut self, at: usize) {

@@ -157,7 +157,8 @@ impl Bonnet {
     pub fn positions(&self) -> usize {
         match &self.precession {
             Precession::leaning(leaning) => match &leaning.azimuth {
-                Lean::stepped(stepped) => stepped.positions.max(1) as usize,
+                // The language takes 2 to 16 of them; a mean over less than one is none.
+                Lean::stepped(stepped) => usize::try_from(stepped.positions).unwrap_or(0).max(1),
                 Lean::held(_) => 1,
             },
             Precession::upright(_) => 1,
@@ -177,11 +178,12 @@ pub fn wear(bonnet: &Bonnet, contact: &BonnetContact) -> Option<f64> {
     }
 }
 
-/// The influence function of the bonnet on glass of this curvature (1/m, positive where hollow).
+/// The influence function of the bonnet on glass of this curvature (1/m, positive where hollow). `at` is its field.
 pub(super) fn influence(
     bonnet: &Bonnet,
     contact: &BonnetContact,
     curvature: f64,
+    at: &str,
 ) -> Result<InfluenceFunction, Problem> {
     let made = ContactCircle::new(bonnet.radius.0, bonnet.offset.0, curvature).and_then(|circle| {
         let wear = wear(bonnet, contact).filter(|wear| *wear > 0.0 && wear.is_finite())?;
@@ -189,7 +191,7 @@ pub(super) fn influence(
         Some(one.stepped(bonnet.positions()).influence())
     });
     made.ok_or_else(|| {
-        Problem::error(codes::E0650, "tool.influence", "the bonnet's numbers give no rate of removal")
+        Problem::error(codes::E0650, at, "the bonnet's numbers give no rate of removal")
             .help("check `radius`, `offset` and `spin` of the bonnet, and `rate` of the influence function")
     })
 }
@@ -244,8 +246,9 @@ pub(super) fn numbers(bonnet: &Bonnet) -> Vec<Problem> {
     problems
 }
 
-/// The contact of a cap in a hollow grows without bound as their radii come together: below 1.2 times the cap's radius its
-/// geometry tells nothing, below twice it hangs on the last tenth of the offset.
+/// The contact of a cap in a hollow grows without bound as their radii come together. For k times the cap's radius R and a small
+/// offset d its radius a has a² = 2 d R k / (k - 1), so that a part of R changes a by k / 2(k - 1) times that part: as much at k = 2
+/// (half as much on a flat), three times as much at k = 1.2, where the geometry tells nothing any more.
 const LEAST_HOLLOW: f64 = 1.2;
 const DOUBTFUL_HOLLOW: f64 = 2.0;
 
@@ -269,11 +272,11 @@ pub(super) fn fit(bonnet: &Bonnet, (place, sharpest): ([f64; 2], f64)) -> Option
         |times: f64| format!("take a bonnet of at most {:.1} mm radius", (1e4 / (sharpest * times)).floor() / 10.0);
     Some(if sharpest * LEAST_HOLLOW * radius >= 1.0 {
         Problem::error(codes::E0631, "tool.radius", message)
-            .note("below 1.2 times the contact cannot be told from the offset")
+            .note("below 1.2 times a per cent of the cap's radius changes the width of the contact by more than three")
             .help(smaller(LEAST_HOLLOW))
     } else {
         Problem::warning(codes::W0604, "tool.radius", message)
-            .note("below twice the contact's size hangs on the last hundredth of a millimetre of the offset")
+            .note("below twice a per cent of the cap's radius changes the width of the contact by more than one")
             .help(smaller(DOUBTFUL_HOLLOW))
     })
 }

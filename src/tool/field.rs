@@ -183,7 +183,8 @@ fn single(
     let turning = |function| Ok(Single { function, turns: true, spread: None });
     match (influence, tool) {
         (Influence::gaussian(g), _) => {
-            let function = InfluenceFunction::gaussian(g.peak.0, g.sigma.0, g.diameter.0).map_err(one)?;
+            let function = InfluenceFunction::gaussian(g.peak.0, g.sigma.0, g.diameter.0)
+                .map_err(|problem| one(problem.within(at)))?;
             warnings.extend(super::influence::check_cut(g.sigma.0, g.diameter.0, &function, at));
             turning(function)
         }
@@ -195,7 +196,9 @@ fn single(
             let MeasuredSpots { function, spread } = measured::read(spots, at, files, warnings).map_err(one)?;
             let turns = spots.turns_with == TurnsWith::tool;
             let function = match tool {
-                Tool::bonnet(bonnet) if turns => function.stepped(bonnet.positions()),
+                Tool::bonnet(bonnet) if turns => {
+                    function.stepped(bonnet.positions()).map_err(|problem| one(problem.within(at)))?
+                }
                 _ => function,
             };
             Ok(Single { function, turns, spread })
@@ -204,7 +207,7 @@ fn single(
         (Influence::preston(_), _) => Err(one(not_of("preston", "planetary_pad", tool, at))),
         (Influence::bonnet_contact(contact), Tool::bonnet(bonnet)) => {
             let curvature = middle_curvature(surface, &workpiece.clear, at).map_err(one)?;
-            turning(bonnet::influence(bonnet, contact, curvature).map_err(one)?)
+            turning(bonnet::influence(bonnet, contact, curvature, at).map_err(one)?)
         }
         (Influence::bonnet_contact(_), _) => Err(one(not_of("bonnet_contact", "bonnet", tool, at))),
         (Influence::set(_), _) => {
@@ -266,9 +269,10 @@ fn of_set(
             (a, b) => a.or(b),
         };
     }
-    if turns.iter().any(|turn| *turn != turns[0]) {
+    if let Some(i) = turns.iter().position(|turn| *turn != turns[0]) {
         let message = "some influence functions of the set turn with the tool and some do not";
-        return refuse("tool.influence.at".into(), message.into(), "give all of them the same `turns_with`");
+        let field = format!("tool.influence.at.{i}.influence.turns_with");
+        return refuse(field, message.into(), "give all of them the same `turns_with`");
     }
     let azimuth = if turns[0] { tool.azimuth() } else { 0.0 };
     Ok(InfluenceField { parts, azimuth, spread, weights: Weights::Along(set.along, places) })

@@ -5,7 +5,7 @@
 
 use super::bonnet::Contact;
 use crate::diagnostics::{Problem, codes};
-use crate::height_map::Grid;
+use crate::height_map::{Grid, MOST_PIXELS};
 use std::f64::consts::{PI, TAU};
 
 /// A place of the part relative to the tool centre point, turned into the tool frame. `azimuth` is the direction of the
@@ -100,14 +100,15 @@ impl Radial {
 const HALF_WIDTH_OF_GAUSSIAN: f64 = 1.177_410_022_515_474_7;
 
 impl InfluenceFunction {
-    /// `peak * exp(-r²/2σ²)` for `r <= diameter/2`, zero outside; m/s, m, m. E0620 if one of them is not positive.
+    /// `peak * exp(-r²/2σ²)` for `r <= diameter/2`, zero outside; m/s, m, m. E0620 if one of them is not positive; its field is
+    /// the name.
     pub fn gaussian(peak: f64, sigma: f64, diameter: f64) -> Result<InfluenceFunction, Problem> {
         for (name, value, unit, scale) in
             [("peak", peak, "nm/s", 1e9), ("sigma", sigma, "mm", 1e3), ("diameter", diameter, "mm", 1e3)]
         {
             if !(value > 0.0 && value.is_finite()) {
                 let message = format!("`{name}` is {:.3} {unit}; it must be positive", value * scale);
-                return Err(Problem::error(codes::E0620, format!("tool.influence.{name}"), message));
+                return Err(Problem::error(codes::E0620, name, message));
             }
         }
         // Over the disc of radius D/2, with u = r²/2σ² running to U = D²/8σ²: the volume is 2πσ² peak (1 - exp(-U)),
@@ -152,21 +153,36 @@ impl InfluenceFunction {
         InfluenceFunction { shape: Shape::Harmonic { radial, order, sine }, radius, volume_rate, sigma_scale: width }
     }
 
-    /// The mean over so many evenly spread turns about the tool's axis, on square pixels; a function that is no map, or a single
-    /// turn, is itself.
-    pub(super) fn stepped(self, positions: usize) -> InfluenceFunction {
-        let Shape::Measured(grid) = &self.shape else { return self };
+    /// The mean over so many evenly spread turns about the tool's axis, on square pixels as fine as the finer side of the map's;
+    /// a function that is no map, or a single turn, is itself.
+    ///
+    /// # Errors
+    /// E0547 if these are more pixels than a map may have, which takes pixels many times longer than wide.
+    pub(super) fn stepped(self, positions: usize) -> Result<InfluenceFunction, Problem> {
+        let Shape::Measured(grid) = &self.shape else { return Ok(self) };
         if positions < 2 {
-            return self;
+            return Ok(self);
         }
         let turns: Vec<(f64, f64)> = (0..positions).map(|k| libm::sincos(TAU * k as f64 / positions as f64)).collect();
-        let mut mean = self.stamp(grid.pixel[0].min(grid.pixel[1]), 0.0);
+        let [fine, coarse] = [grid.pixel[0].min(grid.pixel[1]), grid.pixel[0].max(grid.pixel[1])];
+        let side = 2.0 * (self.radius / fine).ceil() + 1.0;
+        if side * side > MOST_PIXELS as f64 {
+            let message = format!(
+                "turned about the tool's axis, the spot needs {side:.0} x {side:.0} pixels as fine as the finer side of its map's, \
+                 {:.4} mm x {:.4} mm; at most {MOST_PIXELS} pixels are worked with",
+                fine * 1e3,
+                coarse * 1e3
+            );
+            return Err(Problem::error(codes::E0547, "spots", message)
+                .help("measure the spot with pixels that are nearly square, or bin the map along their short side"));
+        }
+        let mut mean = self.stamp(fine, 0.0);
         for i in 0..mean.values.len() {
             let [x, y] = mean.position(i / mean.columns, i % mean.columns);
             let sum: f64 = turns.iter().map(|(s, c)| self.rate(c * x + s * y, c * y - s * x)).sum();
             mean.values[i] = sum / positions as f64;
         }
-        InfluenceFunction { shape: Shape::Measured(mean), ..self }
+        Ok(InfluenceFunction { shape: Shape::Measured(mean), ..self })
     }
 
     /// Removal rate at `(x, y)` of the tool frame, m/s.
@@ -246,4 +262,25 @@ pub(super) fn check_cut(sigma: f64, diameter: f64, function: &InfluenceFunction,
                 (4.8 * sigma * 1e5).ceil() / 100.0
             )),
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_turned_spot_takes_no_more_pixels_than_a_map() {
+        // A spot of 5 mm radius on three rows of pixels 5 mm long, so wide; all around it as fine as they are wide.
+        let turned = |wide: f64| {
+            let grid = Grid { columns: 3, rows: 3, pixel: [wide, 5e-3], origin: [-wide, -5e-3], values: vec![1e-9; 9] };
+            InfluenceFunction::of_map(grid, 5e-3, 1e-14, 1e-3).stepped(3)
+        };
+        // 2 x 500 pixels and the middle one, each way.
+        let Ok(InfluenceFunction { shape: Shape::Measured(mean), .. }) = turned(10e-6) else { panic!("a map") };
+        assert_eq!((mean.columns, mean.rows), (1001, 1001));
+        // 10,001 each way are a hundred million.
+        let problem = turned(1e-6).expect_err("too many");
+        assert_eq!((problem.code, problem.field.as_deref()), (codes::E0547, Some("spots")));
+        assert!(problem.message.contains("10001 x 10001"), "{}", problem.message);
+    }
 }

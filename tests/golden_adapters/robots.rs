@@ -2,7 +2,7 @@
 //! fk, ik_all_turns, tool_pose, matrix_to_quat_abc, abb_confdata, kuka_status_turn, robtarget_from_joints: millimetres and degrees
 //! outside, SI inside.
 
-use nalgebra::{Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Translation3, UnitQuaternion};
 use polishc::job;
 use polishc::motion::frames::{self, FrameChain, Matrix, Transform};
 use polishc::motion::{Arm, configuration, contact};
@@ -110,18 +110,18 @@ fn robtarget_from_joints(input: &Value, expected: &Value, document: &Value) -> R
     }))
 }
 
-/// A bonnet's pose over a point, metres: its middle, and the contact frame (reference direction +x of the part) turned by the lean.
-/// Motion has the contact frame; the lean, which it does not have yet, is put together here as the file defines it.
+/// A bonnet's pose over a point, metres: its middle, and the contact frame (reference direction +x of the part) leaning. The file's
+/// angle eps says to where the tool's z axis goes; the shaft leans the other way.
 fn leaning(input: &Value, point: [f64; 3], normal: [f64; 3]) -> Result<Transform, String> {
     if input["frame"] != "ref_x" {
         return Err(format!("unknown frame {}", input["frame"]));
     }
     let angle = |key: &str| input[key].as_f64().unwrap_or(0.0).to_radians();
-    let (tilt, lean, roll) = (angle("rho_deg"), angle("eps_deg"), angle("roll_deg"));
-    let about_z = |angle| UnitQuaternion::from_axis_angle(&Vector3::z_axis(), angle);
+    if angle("roll_deg") != 0.0 {
+        return Err("a tool turned about its shaft".into());
+    }
     let frame = contact::orientation(normal, Azimuth::new(0.0)).map_err(|_| "the normal runs along x")?;
-    let tilted = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), tilt);
-    let rotation = frame * about_z(lean) * tilted * about_z(-lean) * about_z(roll);
+    let rotation = contact::leaning(frame, angle("eps_deg") + std::f64::consts::PI, angle("rho_deg"));
     let [radius, offset] = ["R_mm", "z_offset_mm"].map(|key| input[key].as_f64().unwrap_or(f64::NAN) * 1e-3);
     let [x, y, z] = contact::raised(point, normal, radius - offset);
     Ok(Transform::from_parts(Translation3::new(x, y, z), rotation))

@@ -3,13 +3,14 @@
 use polishc::diagnostics::Problem;
 use polishc::height_map::npy;
 use polishc::job::{
-    self, Conditions, Direction, Empty, Material, Measured, MrfConditions, Origin, PixelAt, Positive, Quantity, Spot,
-    TurnsWith, View,
+    self, Along, Bonnet, BonnetContact, Conditions, ContactRate, Direction, Empty, Form, Gaussian, Influence,
+    InfluenceAt, Material, Measured, MrfConditions, MrfWheel, Origin, PixelAt, Plane, Positive, Precession, Quantity,
+    Seen, Sense, Set, Side, Sphere, Spot, SpotPeak, Tool, Turn, TurnsWith, View, Workpiece,
 };
 use polishc::source::MemoryFiles;
 use polishc::tool::measured as spots_of;
-use polishc::tool::{InfluenceFunction, part_to_tool};
-use polishc::units::si::{AngularSpeed, Length, Time};
+use polishc::tool::{InfluenceField, InfluenceFunction, part_to_tool};
+use polishc::units::si::{Angle, AngularSpeed, Length, Pressure, Speed, Time};
 use std::collections::BTreeMap;
 
 fn mm(value: f64) -> Length {
@@ -37,11 +38,9 @@ fn a_gaussian_has_its_closed_volume_and_width() {
 
 #[test]
 fn a_gaussian_without_size_is_refused() {
-    for (peak, sigma, diameter, field) in [
-        (0.0, 1e-3, 1e-2, "tool.influence.peak"),
-        (1e-9, -1e-3, 1e-2, "tool.influence.sigma"),
-        (1e-9, 1e-3, f64::NAN, "tool.influence.diameter"),
-    ] {
+    for (peak, sigma, diameter, field) in
+        [(0.0, 1e-3, 1e-2, "peak"), (1e-9, -1e-3, 1e-2, "sigma"), (1e-9, 1e-3, f64::NAN, "diameter")]
+    {
         let problem = InfluenceFunction::gaussian(peak, sigma, diameter).unwrap_err();
         assert_eq!((problem.code.as_str(), problem.field.as_deref()), ("E0620", Some(field)));
     }
@@ -303,4 +302,63 @@ fn a_wheel_has_a_size_and_a_gap() {
     assert_eq!(wheel(360.0, 0.0, 60.0).2, [("E0630".to_string(), "tool.gap".to_string())]);
     assert_eq!(wheel(0.0, -1.0, -60.0).2.len(), 3);
     assert_eq!(wheel(100.0, 60.0, 60.0).2, [("E0630".to_string(), "tool.gap".to_string())]);
+}
+
+/// The field of the first thing that is wrong with a tool on a part of this form.
+fn wrong(tool: Tool, form: Form) -> (String, String) {
+    let files = MemoryFiles::default();
+    let surface = polishc::workpiece::form::surface(&form, &files).unwrap();
+    let circle = |diameter| crate::workpiece::circle(diameter, None);
+    let part = Workpiece { form, ..crate::workpiece::part(circle(50.0), circle(40.0)) };
+    let mut problems = InfluenceField::new(&tool, &part, &*surface, &files, &mut Vec::new()).unwrap_err();
+    let first = problems.remove(0);
+    (first.code.to_string(), first.field.unwrap_or_default())
+}
+
+#[test]
+fn what_is_wrong_with_a_member_of_a_set_is_said_there() {
+    let set = |members: [Influence; 2]| {
+        let at = |(i, influence)| InfluenceAt { place: mm(10.0 * i as f64), influence };
+        Influence::set(Set { along: Along::radius, at: members.into_iter().enumerate().map(at).collect() })
+    };
+    let gaussian =
+        |sigma: f64| Influence::gaussian(Gaussian { peak: Speed(1e-9), sigma: mm(sigma), diameter: mm(20.0) });
+    let wheel = |influence| {
+        Tool::mrf_wheel(MrfWheel {
+            diameter: mm(100.0),
+            speed: AngularSpeed(20.0),
+            rotation: job::WheelRotation::forward,
+            gap: mm(1.0),
+            azimuth: Angle(0.0),
+            influence,
+        })
+    };
+    let field = |influence| wrong(wheel(influence), Form::plane(Plane {}));
+    assert_eq!(field(gaussian(-1.0)), ("E0620".into(), "tool.influence.sigma".into()));
+    assert_eq!(
+        field(set([gaussian(3.0), gaussian(-1.0)])),
+        ("E0620".into(), "tool.influence.at.1.influence.sigma".into())
+    );
+    // A cap of 80 mm does not reach the bottom of a hollow of 50 mm: its contact is no circle.
+    let bonnet = |influence| {
+        Tool::bonnet(Bonnet {
+            radius: mm(80.0),
+            cap: Angle(0.8),
+            offset: mm(0.3),
+            pressure: Pressure(1e5),
+            spin: Turn { speed: AngularSpeed(50.0), positive: Sense::clockwise, seen: Seen::from_tool_side },
+            precession: Precession::upright(Empty {}),
+            influence,
+        })
+    };
+    let contact = Influence::bonnet_contact(BonnetContact {
+        exponent: 1.0,
+        rate: ContactRate::spot_peak(SpotPeak { rate: Speed(1e-9) }),
+    });
+    let hollow = Form::sphere(Sphere { side: Side::concave, radius: mm(50.0) });
+    assert_eq!(wrong(bonnet(contact.clone()), hollow.clone()), ("E0650".into(), "tool.influence".into()));
+    assert_eq!(
+        wrong(bonnet(set([gaussian(3.0), contact])), hollow),
+        ("E0650".into(), "tool.influence.at.1.influence".into())
+    );
 }

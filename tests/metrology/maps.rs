@@ -231,7 +231,9 @@ fn marks_that_do_not_decide_are_refused() {
     // All at one place; a name that the part does not have; a name twice.
     let mut marks = shown.marks();
     marks.iter_mut().for_each(|mark| (mark.column, mark.row) = (30.0, 30.0));
-    assert_eq!(refused(&of_marks(marks), &files).0, "E0530");
+    let (code, field, message) = refused(&of_marks(marks), &files);
+    assert_eq!((code.as_str(), field.as_str()), ("E0530", "workpiece.error.fiducials"));
+    assert_eq!(message, "all marks lie at one place of the picture");
     let mut marks = shown.marks();
     marks[2].name = "Z".into();
     assert_eq!(refused(&of_marks(marks.clone()), &files).1, "workpiece.error.fiducials.marks.2.name");
@@ -512,10 +514,19 @@ fn pieces_are_levelled_and_stitched() {
     for (i, (a, b)) in found.grid.values.iter().zip(&whole.grid.values).enumerate() {
         assert!(a.is_nan() == b.is_nan() && (a.is_nan() || (a - b).abs() < 1e-15), "{i}: {a} {b}");
     }
-    let seams = &found.record.seams;
+    let [stitch] = found.record.stitched.as_slice() else { panic!("{:?}", found.record.stitched) };
+    let seams = &stitch.seams;
     assert_eq!(seams.iter().map(|seam| seam.pieces).collect::<Vec<_>>(), [[0, 1], [1, 2]]);
     // 17 columns are common, of 45 rows, less what the part's edge leaves: 43.
     assert!(seams.iter().all(|seam| seam.rms < 1e-15 && (17 * 43..=17 * 45).contains(&seam.pixels)), "{seams:?}");
+
+    // The whole keeps the slope of the first picture, -5 nm a millimetre along x about x = -28 mm, which `subtract` takes off beside
+    // what it takes off the glass: at x = 0, the middle of the aperture, that is a piston of -140 nm.
+    assert_eq!(stitch.field, "workpiece.error");
+    let [more, glass] = [&stitch.removed, &whole.removed];
+    assert!((more.tilt[0] - glass.tilt[0] + 5e-6).abs() < 1e-13, "{more:?} {glass:?}");
+    assert!((more.tilt[1] - glass.tilt[1]).abs() < 1e-13, "{more:?} {glass:?}");
+    assert!((more.piston - glass.piston + 140e-9).abs() < 1e-15, "{more:?} {glass:?}");
 
     // One piece two pixels beside its place: the difference (0.075 nm RMS over the fifteen common columns without piston
     // and tilt, by NumPy) is seen, and named.
@@ -568,4 +579,84 @@ fn an_error_may_be_known_as_polynomials_and_a_target_wanted() {
     let middle = left.grid.values[left.grid.values.len() / 2];
     assert!((middle + 100e-9).abs() < 1e-20, "{middle}");
     assert!((left.after.rms - found.after.rms).abs() < 1e-20);
+}
+
+#[test]
+fn a_hole_is_refused_in_the_map_that_has_it() {
+    // In one of the pictures nine pixels of the middle are unknown.
+    let files = files(&[
+        ("whole.npy", picture(61, 61, |x, _| x)),
+        ("holed.npy", picture(61, 61, |x, y| if x.abs() < 2.0 && y.abs() < 2.0 { f64::NAN } else { x })),
+    ]);
+    let [whole, holed] = ["whole.npy", "holed.npy"].map(|file| of(asked(file)));
+    let with = |error: FormError| Workpiece { error, ..part(circle(50.0, None), circle(40.0, None)) };
+    let average = |of: &[&FormError]| FormError::average(Average { of: of.iter().map(|map| (*map).clone()).collect() });
+    let difference = |of: &FormError, minus: &FormError| {
+        FormError::difference(Box::new(Difference { of: of.clone(), minus: minus.clone() }))
+    };
+    let stitched = FormError::stitched(Stitched {
+        maps: vec![holed.clone(), holed.clone()],
+        subtract: Vec::new(),
+        mismatch: Length(1e-9),
+    });
+    for (error, field) in [
+        (holed.clone(), "workpiece.error.fill_below"),
+        (average(&[&whole, &holed, &holed]), "workpiece.error.of.1.fill_below"),
+        (average(&[&whole, &average(&[&holed, &holed]), &holed]), "workpiece.error.of.1.fill_below"),
+        (difference(&holed, &whole), "workpiece.error.of.fill_below"),
+        (difference(&whole, &holed), "workpiece.error.minus.fill_below"),
+        (difference(&whole, &average(&[&whole, &holed, &holed])), "workpiece.error.minus.of.1.fill_below"),
+        (stitched, "workpiece.error.maps.0.fill_below"),
+    ] {
+        let (code, found, message) = refused(&with(error), &files);
+        assert_eq!((code.as_str(), found.as_str()), ("E0510", field), "{message}");
+        assert!(message.starts_with("the map has a hole of 9.000 mm^2 (9 pixels)"), "{message}");
+    }
+    let target = Workpiece { target: Some(holed.clone()), ..with(whole.clone()) };
+    assert_eq!(refused(&target, &files).1, "workpiece.target.fill_below");
+    // Where half of the maps know the place, there is no hole.
+    assert!(error_map(&with(average(&[&whole, &holed])), &files).0.is_ok());
+}
+
+#[test]
+fn what_is_taken_off_on_other_pixels_may_end_a_pixel_sooner() {
+    // The clear aperture is the whole part. 60 x 60 pixels have their centres on half millimetres, polynomials theirs on whole ones.
+    // Fringe 4 over 25 mm, 2 r² - 1, is a parabola, which cubic convolution keeps exactly.
+    let bowl = |x: f64, y: f64| 100.0 * (2.0 * (x * x + y * y) / 625.0 - 1.0);
+    let files = files(&[
+        ("map.npy", picture(60, 60, |x, y| bowl(x, y) + 7.0)),
+        ("other.npy", picture(61, 61, bowl)),
+        ("same.npy", picture(60, 60, bowl)),
+    ]);
+    let polynomials = FormError::zernike_error(ZernikeError {
+        positive: Positive::high,
+        radius: mm(25.0),
+        order: ZernikeOrder::fringe,
+        coefficients: vec![Length(0.0), Length(0.0), Length(0.0), Length(100e-9)],
+        pixel: mm(1.0),
+    });
+    let with = |minus: &FormError, clear: f64| {
+        let both = Difference { of: of(asked("map.npy")), minus: minus.clone() };
+        Workpiece { error: FormError::difference(Box::new(both)), ..part(circle(50.0, None), circle(clear, None)) }
+    };
+    let all_seven = |part: &Workpiece| {
+        let found = error_map(part, &files).0.unwrap();
+        for (i, value) in found.grid.values.iter().enumerate() {
+            let [x, y] = found.grid.position(i / found.grid.columns, i % found.grid.columns);
+            assert_eq!(value.is_nan(), x * x + y * y > 25e-3 * 25e-3, "{x} {y}");
+            assert!(value.is_nan() || (value * 1e9 - 7.0).abs() < 1e-9, "{x} {y}: {value}");
+        }
+    };
+    // Polynomials are known up to the edge on any pixels, whether they are taken off or wanted.
+    all_seven(&with(&polynomials, 50.0));
+    let wanted =
+        Workpiece { error: of(asked("map.npy")), target: Some(polynomials.clone()), ..with(&polynomials, 50.0) };
+    all_seven(&wanted);
+    // So is a picture on the same pixels. One on others has glass only up to its last pixel inside the edge.
+    all_seven(&with(&of(asked("same.npy")), 50.0));
+    let other = of(asked("other.npy"));
+    let (code, field, message) = refused(&with(&other, 50.0), &files);
+    assert_eq!((code.as_str(), field.as_str()), ("E0509", "workpiece.error.minus"), "{message}");
+    // No pixel's centre lies farther from its neighbours than its diagonal, 1.4 mm: 1.5 mm farther in nothing is lost.
+    assert!(error_map(&with(&other, 47.0), &files).0.is_ok());
 }

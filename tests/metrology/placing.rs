@@ -237,11 +237,12 @@ fn low_orders_on_a_lopsided_aperture_are_the_joint_least_squares_fit() {
         let (r, c) = (row as f64, column as f64);
         30.0 * (0.7 * r).sin() + 20.0 * (0.4 * c + 0.1 * r * r).cos() + 0.9 * c - 0.05 * r * c + 0.02 * c * c
     };
-    // A wide piece on one side was not seen: what counts is symmetric about no line, and the filling must not count.
+    // A wide piece on one side, between the two rims, was not seen: what counts is symmetric about no line, and the filling
+    // must not count.
     let raw =
         picture(
             |row, column| {
-                if (4..=13).contains(&row) && (12..=18).contains(&column) { f64::NAN } else { rough(row, column) }
+                if (4..=13).contains(&row) && (15..=18).contains(&column) { f64::NAN } else { rough(row, column) }
             },
         );
     let clear = annulus(9.0, 3.0, crate::workpiece::at(-4.0, 2.5));
@@ -392,6 +393,18 @@ fn a_map_smaller_than_the_clear_aperture_is_refused_with_the_place() {
         "{}",
         problem.message
     );
+    // Nor is it one that may be filled, small as it is: 0.75 mm².
+    let fill = HeightMap { fill_below: Some(Area(5e-6)), ..map() };
+    let rim = part(rectangle(20.0, 15.0, None), rectangle(20.0, 15.0, None));
+    assert_eq!(place(&bitten, &fill, &rim).0.unwrap_err().code.as_str(), "E0509");
+    // Two columns farther in they are a hole, and one column in too: the last column was seen. A clear aperture that ends between the
+    // unknown pixels cuts them, and the piece that it holds goes on beyond it.
+    let inner =
+        picture(|row, column| if column >= 37 && column < 39 && (10..=12).contains(&row) { f64::NAN } else { 0.0 });
+    assert_eq!(place(&inner, &fill, &rim).0.unwrap().filled_pixels, 6);
+    let cut = part(rectangle(20.0, 15.0, None), rectangle(18.0, 15.0, None));
+    let problem = place(&inner, &fill, &cut).0.unwrap_err();
+    assert_eq!(problem.code.as_str(), "E0509", "{}", problem.message);
 
     // Seen were only the pixels up to 5 mm from the middle, the clear aperture has 6 mm radius.
     let seen = picture(|row, column| {

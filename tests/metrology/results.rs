@@ -84,16 +84,29 @@ fn the_result_tells_marks_and_figures() {
     assert!((number(&zernike["before_nm"][5]) - 20.0).abs() < 1.0, "{zernike}");
     // 5 / sqrt 2 nm lie in the band.
     assert!((number(&figures["band_rms"]["before"]) - 5.0 / 2_f64.sqrt()).abs() < 0.1, "{figures}");
-    // Slopes over 2 mm of the wave: 2 a sin(pi/4)/L = 3.54 nm/mm amplitude, 2.5 urad RMS; of the saddle 2 a r/R² with a = 49 nm
-    // over a disc of 22 mm: 2 a / (R sqrt 2) = 3.15 urad. The ends on the rim take less of the saddle.
-    let slope = number(&figures["slope_rms"]["before"]);
-    assert!((slope - (2.5_f64 * 2.5 + 3.15 * 3.15).sqrt()).abs() < 0.25, "{slope}");
-    for figure in ["pvr", "slope_rms", "band_rms"] {
+    // By numpy: all polynomials up to the seventh degree, which the first 36 of Noll span, fitted to the detilted pixels.
+    assert!((number(&figures["pvr"]["before"]) - 115.239).abs() < 1e-3, "{figures}");
+    // Slopes over 2 mm of the wave: 2 a sin(pi/4)/L = 3.54 nm/mm amplitude, 2.5 urad RMS; of the saddle a (x² - y²)/R² with a = 49 nm
+    // and R = 22 mm: 2 a r/R², over the disc of 21 mm radius about which both ends lie in the aperture RMS 2 a 21 mm/(R² sqrt 2) = 3.01
+    // urad. The pixels make the disc's rim uncertain by half of one, 2 % of the saddle.
+    let saddle = 2.0 * 20.0 * 6_f64.sqrt() * 21.0 / (484.0 * 2_f64.sqrt());
+    let slope = |saddle: f64| (2.5_f64 * 2.5 + saddle * saddle).sqrt();
+    let found = number(&figures["slope_rms"]["before"]);
+    assert!((found - slope(saddle)).abs() < 0.02 * saddle, "{found}");
+    // Four fifths of the error are to be removed. The spot of 5 mm sigma does so with the astigmatism, and hardly sees the wave: its
+    // transfer at 8 mm is exp(-2 (5 pi / 8)²), 0.0005. If it did not see it at all, a fifth of the astigmatism would be left, and all of
+    // the wave; PVr is the range of the astigmatism, 2 a, and three times the RMS of the wave. At the rim, where the tails of what
+    // stands off the part are steeper than the spot, it takes a little of the wave off too: at most what the optimum does (bounded
+    // least squares by numpy on a lattice of 3 mm, 20,000 steps of accelerated projected gradients).
+    let pvr = |part: f64| part * 2.0 * 20.0 * 6_f64.sqrt() + 3.0 * 5.0 / 2_f64.sqrt();
+    for (figure, optimum, blind) in [
+        ("pvr", 0.260, pvr(0.2) / pvr(1.0)),
+        ("slope_rms", 0.563, slope(0.2 * saddle) / slope(saddle)),
+        ("band_rms", 0.861, 1.0),
+    ] {
         let told = &figures[figure];
-        // The spot of 5 mm sigma, cut at four sigma, takes the astigmatism off and cannot see the wave.
         let ratio = number(&told["predicted"]) / number(&told["before"]);
-        let expected = if figure == "band_rms" { 0.9..1.1 } else { 0.1..0.95 };
-        assert!(expected.contains(&ratio), "{told}");
+        assert!((optimum..=blind).contains(&ratio), "{told}");
         assert!(["definition", "removed", "unit"].iter().all(|key| told[*key].is_string()), "{told}");
     }
     assert!(result["requirements"].as_array().unwrap().iter().all(|line| line["met"] == true));
