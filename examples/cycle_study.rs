@@ -1,16 +1,18 @@
 //! The cycle study: full spirals against region-adaptive paths over a whole campaign, with a machine that errs.
 //!
-//! `cargo run --release --example cycle_study` prints a row for every campaign and a table of all; `cycle_study 3 C D` runs
-//! three seeds of two cases. Paths, dwell and prediction are the crate's own, as a build uses them; the machine between plan
-//! and glass is this file's, with the errors that the study of cycles states: a random field fixed in position (correlation
-//! 30 mm, new every cycle), a random error along the path (4 %, 10 mm), a gain (3 %), a lag of the feed (0.05 s) and an offset
-//! of the path (0.2 mm). The seed and the cycle fix the random numbers. `docs/models/cycles.md` tells what comes out.
+//! `cargo run --release --example cycle_study` prints a row for every campaign and a table of all (`!` where the plan warned
+//! that it makes the part worse); `cycle_study 3 C D` runs three seeds of two cases. Paths, dwell and prediction are the crate's
+//! own, as a build uses them; the machine between plan and glass is this file's, with the errors that the study of cycles
+//! states: a random field fixed in position (correlation 30 mm, new every cycle), a random error along the path (4 %, 10 mm), a
+//! gain (3 %), a lag of the feed (0.05 s) and an offset of the path (0.2 mm). The seed and the cycle fix the random numbers.
+//! `docs/models/cycles.md` tells what comes out.
 #![allow(
     clippy::disallowed_methods,
     clippy::print_stdout,
     reason = "an example prints, and may use the platform's mathematics"
 )]
 
+use polishc::diagnostics::codes;
 use polishc::dwell::{self, Footprint, SpeedSteps, Task, TimedPath};
 use polishc::height_map::{Grid, npy};
 use polishc::job::{Aperture, Circle, Corrective, Path, Plane, ZernikeOrder};
@@ -41,13 +43,16 @@ struct Case {
     region_feed: f64,
     /// Seconds that the feed lags by.
     lag: f64,
+    /// The last cycles are spirals too, at the feed of the regions.
+    spirals_only: bool,
 }
 
 const fn case(name: &'static str, field: f64, peak: f64, spiral_feed: f64, region_feed: f64) -> Case {
-    Case { name, field, others: 1.0, peak, spiral_feed, region_feed, lag: 0.05 }
+    Case { name, field, others: 1.0, peak, spiral_feed, region_feed, lag: 0.05, spirals_only: false }
 }
 
-/// `0` is no case of the study: a machine without error, which shows what the plans alone leave.
+/// Cases of the study, and three more: `0` is a machine without error, which shows what the plans alone leave; `K4` and `K5` are
+/// `C` and `D` whose last cycles are spirals as fast as the regions.
 const CASES: &[Case] = &[
     Case { others: 0.0, lag: 0.0, ..case("0", 0.0, 30.0, 18.0, 100.0) },
     case("A", 0.04, 30.0, 100.0, 100.0),
@@ -59,6 +64,8 @@ const CASES: &[Case] = &[
     case("K1", 0.10, 30.0, 100.0, 100.0),
     case("K2", 0.10, 30.0, 18.0, 18.0),
     case("K3", 0.05, 80.0, 150.0, 150.0),
+    Case { spirals_only: true, ..case("K4", 0.10, 30.0, 18.0, 100.0) },
+    Case { spirals_only: true, ..case("K5", 0.05, 80.0, 18.0, 150.0) },
 ];
 
 const SPIRAL_CYCLES: u64 = 10;
@@ -76,7 +83,7 @@ fn main() {
     let seeds = arguments.iter().find_map(|argument| argument.parse().ok()).filter(|n| *n > 0).unwrap_or(SEEDS);
     let named: Vec<&String> = arguments.iter().filter(|argument| CASES.iter().any(|c| c.name == **argument)).collect();
     let cases = CASES.iter().filter(|case| named.is_empty() || named.iter().any(|name| *name == case.name));
-    println!("| case | seed | spirals: PVr | nm | min | regions: PVr | nm | min | area |");
+    println!("| case | seed | spirals: PVr | nm | min | last cycles: PVr | nm | min | area |");
     println!("| --- | --- | --- | --- | --- | --- | --- | --- | --- |");
     let mut rows = Vec::new();
     for case in cases {
@@ -92,7 +99,7 @@ fn main() {
     }
     println!();
     println!(
-        "| case | spirals: PVr | nm | min | first region: PVr before | after | nm | min | area | last: PVr | all min |"
+        "| case | spirals: PVr | nm | min | first of the last: PVr before | after | nm | min | area | at the end: PVr | all min |"
     );
     println!("| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |");
     rows.iter().for_each(|row| println!("{row}"));
@@ -106,12 +113,14 @@ struct Cycle {
     depth: f64,
     minutes: f64,
     area: f64,
+    /// The plan warned that it makes the part worse (W0704).
+    warned: bool,
 }
 
-/// Ten spirals, and then regions until nothing stands too high, at most four.
+/// Ten spirals, and then the last cycles: regions until nothing stands too high, at most four.
 struct Campaign {
     spirals: Vec<Cycle>,
-    regions: Vec<Cycle>,
+    last: Vec<Cycle>,
     /// Why it went no further.
     refused: Option<String>,
 }
@@ -127,12 +136,14 @@ impl Campaign {
             "start": "outside", "hand": "counterclockwise", "direction": 0.0, "chord_error": 1e-5, "holes": null,
             "landing": landing, "passes": null
         }});
-        let mut campaign = Campaign { spirals: Vec::new(), regions: Vec::new(), refused: None };
+        let mut campaign = Campaign { spirals: Vec::new(), last: Vec::new(), refused: None };
         for cycle in 1..=SPIRAL_CYCLES + REGION_CYCLES {
             let (path, feed, done) = if cycle <= SPIRAL_CYCLES {
                 (&spiral, case.spiral_feed, &mut campaign.spirals)
+            } else if case.spirals_only {
+                (&spiral, case.region_feed, &mut campaign.last)
             } else {
-                (&region(), case.region_feed, &mut campaign.regions)
+                (&region(), case.region_feed, &mut campaign.last)
             };
             match part.polish(path, &influence, case, feed, seed * 1000 + cycle) {
                 Ok(Some(cycle)) => done.push(cycle),
@@ -152,11 +163,12 @@ impl Campaign {
     }
 
     fn row(&self) -> String {
-        let list = |format: &dyn Fn(&Cycle) -> String| self.regions.iter().map(format).collect::<Vec<_>>().join(" ");
+        let list = |format: &dyn Fn(&Cycle) -> String| self.last.iter().map(format).collect::<Vec<_>>().join(" ");
+        let pvr = |c: &Cycle| format!("{:.3}{}", c.pvr, if c.warned { "!" } else { "" });
         let pvr = match &self.refused {
-            Some(why) => format!("{} refused: {why}", list(&|c| format!("{:.3}", c.pvr))),
-            None if self.regions.is_empty() => "none needed".into(),
-            None => list(&|c| format!("{:.3}", c.pvr)),
+            Some(why) => format!("{} refused: {why}", list(&pvr)),
+            None if self.last.is_empty() => "none needed".into(),
+            None => list(&pvr),
         };
         let spirals = self.settled();
         format!(
@@ -178,7 +190,7 @@ fn summary(all: &[Campaign]) -> String {
     let (pvr, depth, minutes): (Vec<f64>, Vec<f64>, Vec<f64>) =
         (of_spirals(|c| c.pvr), of_spirals(|c| c.depth), of_spirals(|c| c.minutes));
     let mut row = format!("{} | {:.0} | {:.1} |", spread(pvr), mean(depth), mean(minutes));
-    let with = || all.iter().filter(|campaign| !campaign.regions.is_empty());
+    let with = || all.iter().filter(|campaign| !campaign.last.is_empty());
     if with().next().is_none() {
         row += " none needed | | | | | | |";
     } else {
@@ -187,12 +199,12 @@ fn summary(all: &[Campaign]) -> String {
             with().count(),
             all.len(),
             spread(with().filter_map(|c| c.spirals.last()).map(|c| c.pvr)),
-            spread(with().map(|c| c.regions[0].pvr)),
-            mean(with().map(|c| c.regions[0].depth)),
-            spread(with().map(|c| c.regions[0].minutes)),
-            spread(with().map(|c| c.regions[0].area)),
-            spread(with().filter_map(|c| c.regions.last()).map(|c| c.pvr)),
-            spread(with().map(|c| c.regions.iter().map(|c| c.minutes).sum())),
+            spread(with().map(|c| c.last[0].pvr)),
+            mean(with().map(|c| c.last[0].depth)),
+            spread(with().map(|c| c.last[0].minutes)),
+            spread(with().map(|c| c.last[0].area)),
+            spread(with().filter_map(|c| c.last.last()).map(|c| c.pvr)),
+            spread(with().map(|c| c.last.iter().map(|c| c.minutes).sum())),
         );
     }
     let refused = all.iter().filter(|campaign| campaign.refused.is_some()).count();
@@ -332,7 +344,9 @@ impl Part {
             dwell: &rule,
             speed_steps: SpeedSteps::Fixed(1e-6),
         };
-        let outcome = dwell::solve(task, &mut Vec::new()).map_err(|problem| problem.message)?;
+        let mut warnings = Vec::new();
+        let outcome = dwell::solve(task, &mut warnings).map_err(|problem| problem.message)?;
+        let warned = warnings.iter().any(|warning| warning.code == codes::W0704);
         let driven = driven(outcome.timed, case, seed);
         // What really goes, over all of the part that is measured; each move at the speed that the machine had.
         let footprint = Footprint::over(influence, 0.0);
@@ -345,7 +359,13 @@ impl Part {
             }
         }
         let figures = outcome.figures;
-        Ok(Some(Cycle { pvr: self.pvr(), depth: figures.mean_removal * 1e9, minutes: figures.time / 60.0, area }))
+        Ok(Some(Cycle {
+            pvr: self.pvr(),
+            depth: figures.mean_removal * 1e9,
+            minutes: figures.time / 60.0,
+            area,
+            warned,
+        }))
     }
 }
 
