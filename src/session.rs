@@ -22,6 +22,8 @@ use crate::metrology::{self, ErrorMap, SurfaceFigures};
 use crate::motion::{Checked, Motion, Purpose};
 use crate::path::{self, ToolPath};
 use crate::report::{self, Input, JobResult};
+use crate::simulate::inspect::RunFacts;
+use crate::simulate::{self, log};
 use crate::source::{FileProvider, Sources, Span};
 use crate::syntax;
 use crate::syntax::ast::Allow;
@@ -31,6 +33,7 @@ use crate::verify::{self, Verified};
 use crate::workpiece::form::Surface;
 use hashed::Hashed;
 use passes::Passes;
+use serde::Serialize;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -441,15 +444,32 @@ pub fn placeless(problem: Problem) -> Diagnostic {
     in_text(problem, &Origins::default(), &Sources::default())
 }
 
-/// What is in the data file at `path`. `unit` is the height that the value 1 means and `pixel` a pixel's side, in metres,
-/// where the file does not say them.
+/// What is in a data file.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum Inspection {
+    Heights(metrology::Inspection),
+    Run(RunFacts),
+}
+
+/// What is in the data file at `path`: heights, or the log of a run. `unit` is the height that the value 1 means and `pixel` a
+/// pixel's side, in metres, where the file does not say them.
 pub fn inspect(
     files: &dyn FileProvider,
     path: &str,
     unit: Option<f64>,
     pixel: Option<f64>,
-) -> Result<metrology::Inspection, Problem> {
-    let found = height_map::file_bytes(path, files).and_then(|bytes| metrology::inspect(&bytes, path, unit, pixel));
+) -> Result<Inspection, Problem> {
+    let found = height_map::file_bytes(path, files).and_then(|bytes| match log::layout(&bytes) {
+        Some(layout) => {
+            if let Some((option, _)) = [("unit", unit), ("pixel", pixel)].iter().find(|(_, stated)| stated.is_some()) {
+                let message = format!("`{path}` is the log of a run, which states its units");
+                return Err(Problem::error(code::E0507, *option, message).help(format!("leave `--{option}` out")));
+            }
+            simulate::inspect::inspect(&bytes, path, layout).map(Inspection::Run)
+        }
+        None => metrology::inspect(&bytes, path, unit, pixel).map(Inspection::Heights),
+    });
     found.map_err(|mut problem| {
         // No job stands behind: the sentence must say itself which file it speaks of.
         if !problem.message.contains(path) {

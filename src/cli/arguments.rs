@@ -219,7 +219,7 @@ pub enum Command {
         #[arg(long = "for", value_enum, default_value_t = For::Polish)]
         purpose: For,
     },
-    /// Say what is in a height map or a profile.
+    /// Say what is in a height map, a profile or the log of a run.
     Inspect {
         #[arg(required = true, value_name = "DATA")]
         files: Vec<PathBuf>,

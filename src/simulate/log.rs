@@ -27,13 +27,37 @@ impl Frame {
     }
 }
 
+/// How a log is written down.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Layout {
+    Table,
+    SpatialAnalyzer,
+}
+
+/// The layout of a file that begins as a log does; `None` for every other file.
+pub fn layout(bytes: &[u8]) -> Option<Layout> {
+    let text = std::str::from_utf8(bytes).ok()?.trim_start_matches('\u{feff}');
+    let mut lines = text.lines().map(str::trim).filter(|line| !line.is_empty());
+    if text.trim_start().starts_with("//") {
+        let mut comments = lines.map_while(|line| line.strip_prefix("//"));
+        return comments.any(|line| line.trim_start().starts_with("AXES")).then_some(Layout::SpatialAnalyzer);
+    }
+    let head = lines.find(|line| !line.starts_with('#'))?;
+    let heads: Vec<&str> = head.split(separator(head)).collect();
+    COLUMNS.iter().all(|wanted| heads.iter().any(|head| is_column(head, wanted))).then_some(Layout::Table)
+}
+
 /// What a machine did.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Log {
     /// The frame that the file states, if it does in words that we know.
     pub frame: Option<Frame>,
     /// What the file calls its frame.
     pub frame_name: Option<String>,
+    /// Of SpatialAnalyzer's points.
+    pub group: Option<String>,
+    /// That the file gives x in.
+    pub unit: String,
     /// Seconds from the first sample, strictly increasing.
     pub time: Vec<f64>,
     /// Metres.
@@ -107,6 +131,20 @@ fn column(head: &str) -> Option<(String, &str)> {
     Some((name.trim().to_ascii_lowercase(), unit.trim()))
 }
 
+/// What a table must have, in the order that they are kept.
+const COLUMNS: [&str; 4] = ["t", "x", "y", "z"];
+
+/// Whether a head names this one of [`COLUMNS`]; `time` is another word for `t`.
+fn is_column(head: &str, wanted: &str) -> bool {
+    let name = column(head).map_or(head.trim().to_ascii_lowercase(), |(name, _)| name);
+    name == wanted || (wanted == "t" && name == "time")
+}
+
+/// What parts the columns.
+fn separator(head: &str) -> char {
+    [';', '\t', ','].into_iter().find(|s| head.contains(*s)).unwrap_or(',')
+}
+
 fn table(text: &str, name: &str) -> Result<Log, Problem> {
     let mut lines = text.lines().enumerate().map(|(i, line)| (i + 1, line)).filter(|(_, line)| !line.trim().is_empty());
     let mut frame_name = None;
@@ -124,16 +162,13 @@ fn table(text: &str, name: &str) -> Result<Log, Problem> {
             Some(found) => break found,
         }
     };
-    let separator = [';', '\t', ','].into_iter().find(|s| head.contains(*s)).unwrap_or(',');
+    let separator = separator(head);
     let heads: Vec<&str> = head.split(separator).collect();
     // Place in the row and size of the unit, for t, x, y, z.
     let mut columns = [(0usize, 0.0f64); 4];
-    for (slot, wanted) in ["t", "x", "y", "z"].into_iter().enumerate() {
-        let is_it = |head: &&str| {
-            let name = column(head).map_or(head.trim().to_ascii_lowercase(), |(name, _)| name);
-            name == wanted || (wanted == "t" && name == "time")
-        };
-        let mut found = heads.iter().enumerate().filter(|(_, head)| is_it(head));
+    let mut unit_of_x = "";
+    for (slot, wanted) in COLUMNS.into_iter().enumerate() {
+        let mut found = heads.iter().enumerate().filter(|(_, head)| is_column(head, wanted));
         let (place, head) = match (found.next(), found.next()) {
             (Some(one), None) => one,
             (None, _) => return Err(unreadable(name, Some(head_line), format!("the head has no column `{wanted}`"))),
@@ -142,6 +177,9 @@ fn table(text: &str, name: &str) -> Result<Log, Problem> {
         let units = if wanted == "t" { TIMES } else { LENGTHS };
         let unit = column(head).map(|(_, unit)| unit);
         let size = unit.and_then(|unit| units.iter().find(|(known, _)| *known == unit)).map(|(_, size)| *size);
+        if wanted == "x" {
+            unit_of_x = unit.unwrap_or_default();
+        }
         columns[slot] = match (size, unit) {
             (Some(size), _) => (place, size),
             (None, None) => {
@@ -156,7 +194,7 @@ fn table(text: &str, name: &str) -> Result<Log, Problem> {
             }
         };
     }
-    let mut log = Log { frame: None, frame_name, time: Vec::new(), position: Vec::new() };
+    let mut log = Log { frame_name, unit: unit_of_x.to_string(), ..Log::default() };
     let last = columns.iter().map(|(place, _)| *place).max().unwrap_or(0);
     let mut fields: Vec<&str> = Vec::new();
     let mut start = 0.0;
@@ -209,7 +247,7 @@ fn spatial_analyzer(text: &str, name: &str) -> Result<Log, Problem> {
     let mut frame_name = None;
     let (mut index, mut seconds): (Vec<f64>, Vec<f64>) = (Vec::new(), Vec::new());
     let mut group: Option<(String, String)> = None;
-    let mut log = Log { frame: None, frame_name: None, time: Vec::new(), position: Vec::new() };
+    let mut log = Log::default();
     let mut days = 0.0f64;
     for (i, row) in text.lines().enumerate() {
         let line = i + 1;
@@ -231,6 +269,7 @@ fn spatial_analyzer(text: &str, name: &str) -> Result<Log, Problem> {
                 }
                 let unit = rest.rsplit_once('(').map(|(_, unit)| unit.trim_end().trim_end_matches(')').trim());
                 let size = unit.and_then(|unit| LENGTHS.iter().find(|(known, _)| known.eq_ignore_ascii_case(unit)));
+                log.unit = unit.unwrap_or_default().to_string();
                 scale = Some(size.map(|(_, size)| *size).ok_or_else(|| {
                     let unit = unit.unwrap_or("").escape_default().to_string();
                     unreadable(name, Some(line), format!("the axes have the unit `{unit}`, which is not known"))
@@ -293,6 +332,7 @@ fn spatial_analyzer(text: &str, name: &str) -> Result<Log, Problem> {
     }
     log.time = index.iter().map(|count| (count - index[0]) * step).collect();
     log.frame_name = frame_name;
+    log.group = group.map(|(_, group)| group);
     finish(log, name)
 }
 
@@ -359,6 +399,22 @@ mod tests {
         assert_eq!(read(b"\xff\xfe\x00", "run.csv").expect_err("no text").code, codes::E1302);
     }
 
+    #[test]
+    fn a_log_is_known_by_its_beginning() {
+        for (text, wanted) in [
+            ("\n# frame: part\nt [s], x [mm], y [mm], z [mm]\n", Some(Layout::Table)),
+            ("time_ms;z_mm;y_mm;x_mm\n", Some(Layout::Table)),
+            ("\u{feff}// SpatialAnalyzer SA\n// AXES = CARTESIAN: X,  Y,  Z (mm)\n", Some(Layout::SpatialAnalyzer)),
+            // Heights over places, a remark before a table of heights, and no text.
+            ("x [mm], y [mm], z [nm]\n0, 0, 1\n", None),
+            ("// AXIAL\n1 2 3\n// AXES\n", None),
+            ("", None),
+        ] {
+            assert_eq!(layout(text.as_bytes()), wanted, "{text}");
+        }
+        assert_eq!(layout(b"\xff"), None);
+    }
+
     const HEAD: &str = "// SpatialAnalyzer SA 2024.2 ( x64 )\n// Points Relative to Coordinate Frame 'A::OPTIC'\n";
 
     #[test]
@@ -372,6 +428,7 @@ mod tests {
         }
         let log = read(text.as_bytes(), "run.txt").expect("a log");
         assert_eq!((log.frame, log.frame_name.as_deref()), (None, Some("A::OPTIC")));
+        assert_eq!((log.group.as_deref(), log.unit.as_str()), (Some("Run1"), "mm"));
         assert_eq!(log.time.len(), 1999);
         // Whole seconds over 100 s fix the step to better than a part in a thousand.
         assert!((log.time[1998] - 1999.0 * 0.05).abs() < 0.1, "{}", log.time[1998]);

@@ -3,11 +3,12 @@
 //! In: the moves of a program's text ([`Trace`]) or a machine's [`Log`](log::Log), and the [`Scene`] that they belong to. Out: an
 //! [`Outcome`] by the forward model of [`dwell`](crate::dwell::predict), on the error map's pixels. [`contact`] turns moves into
 //! stretches on the surface, [`log`] reads what a machine wrote down, [`follow`] finds the samples along the plan, [`as_run`]
-//! says where a run departs from it.
+//! says where a run departs from it; [`inspect`] tells what is in a log by itself.
 
 pub mod as_run;
 pub mod contact;
 pub mod follow;
+pub mod inspect;
 pub mod log;
 
 use crate::diagnostics::{Problem, codes};
