@@ -400,7 +400,7 @@ fn a_map_smaller_than_the_clear_aperture_is_refused_with_the_place() {
     // Two columns farther in they are a hole, and one column in too: the last column was seen. A clear aperture that ends between the
     // unknown pixels cuts them, and the piece that it holds goes on beyond it.
     let inner =
-        picture(|row, column| if column >= 37 && column < 39 && (10..=12).contains(&row) { f64::NAN } else { 0.0 });
+        picture(|row, column| if (37..39).contains(&column) && (10..=12).contains(&row) { f64::NAN } else { 0.0 });
     assert_eq!(place(&inner, &fill, &rim).0.unwrap().filled_pixels, 6);
     let cut = part(rectangle(20.0, 15.0, None), rectangle(18.0, 15.0, None));
     let problem = place(&inner, &fill, &cut).0.unwrap_err();
