@@ -5,6 +5,12 @@
 //! transforms read and write. Ratios to them say what the fixed order of our own transform costs, and how far a step is from
 //! the bounds of arithmetic and of memory.
 
+#![allow(
+    clippy::disallowed_methods,
+    clippy::print_stderr,
+    reason = "the published map is read where it lies, and its absence is said"
+)]
+
 use polishc::dwell::bounds::Bounds;
 use polishc::dwell::descent::{LinearOperator, descend};
 use polishc::dwell::objective::{Base, Objective, Price, Wanted};
@@ -328,15 +334,7 @@ fn published_problem_least_squares(bencher: divan::Bencher) {
                 ..STOP
             };
             let mut domain = Bounds::new(&lower, &upper, &start).with_stiffness(&stiffness);
-            let found = descend(&mut operator, &problem, &mut domain, stop);
-            if std::env::var_os("DWELL_FIGURES").is_some() {
-                eprintln!(
-                    "{} steps, {:.1} min, {found:?}",
-                    found.iterations,
-                    domain.into_times().iter().sum::<f64>() / 60.0
-                );
-            }
-            found
+            descend(&mut operator, &problem, &mut domain, stop)
         })
     });
 }

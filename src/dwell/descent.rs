@@ -127,7 +127,9 @@ const MOST_STUCK: usize = 20;
 struct Search {
     most: f64,
     price: f64,
-    /// The price was too high once.
+    /// The price is about known: it was too high once, or comes from a run before.
+    known: bool,
+    /// It was too high once in this run.
     crossed: bool,
     /// Steps since the price was looked at.
     steps: usize,
@@ -151,9 +153,10 @@ impl Search {
     fn change(&mut self, size: f64, spent: f64) {
         self.steps = 0;
         self.crossed |= size > self.most;
+        self.known |= self.crossed;
         self.price = if self.price == 0.0 {
             RISE * self.most / spent
-        } else if self.crossed {
+        } else if self.known {
             self.price * (self.most / size).sqrt().clamp(1.0 / FOLLOW, FOLLOW)
         } else {
             self.price * RISE
@@ -164,7 +167,9 @@ impl Search {
     fn is_settled(&self) -> bool {
         let (over, part) = self.saving;
         let count = self.spent.len();
-        count > over && self.spent[count - 1 - over] - self.spent[count - 1] < part * self.spent[count - 1]
+        self.crossed
+            && count > over
+            && self.spent[count - 1 - over] - self.spent[count - 1] < part * self.spent[count - 1]
     }
 }
 
@@ -212,8 +217,16 @@ pub fn descend(operator: &mut dyn LinearOperator, wanted: &Wanted, domain: &mut 
             // So little is left as may be: from here on time counts.
             let known = first > 0.0;
             let saving = if known { SAVING_LATER } else { SAVING };
-            search =
-                Some(Search { most, price: first, crossed: known, steps: 0, stuck: 0, spent: vec![spent], saving });
+            search = Some(Search {
+                most,
+                price: first,
+                known,
+                crossed: false,
+                steps: 0,
+                stuck: 0,
+                spent: vec![spent],
+                saving,
+            });
             most_iterations = iteration + LONGER * stop.most_iterations;
         }
         if let Some(search) = &mut search {
@@ -293,7 +306,7 @@ pub fn descend(operator: &mut dyn LinearOperator, wanted: &Wanted, domain: &mut 
             search.stuck = 0;
             let least = search.spent[search.spent.len() - 1];
             if size <= search.most && spent < least {
-                (best.value, best.base, best.price) = (size, base, price);
+                (best.value, best.base) = (size, base);
                 domain.keep();
             }
             search.spent.push(if size <= search.most { least.min(spent) } else { least });
@@ -305,7 +318,7 @@ pub fn descend(operator: &mut dyn LinearOperator, wanted: &Wanted, domain: &mut 
         let value = size + price * spent;
         if value < best_value {
             best_value = value;
-            (best.value, best.base, best.price) = (size, base, price);
+            (best.value, best.base) = (size, base);
             domain.keep();
         }
         bests.push(best_value);
@@ -321,6 +334,7 @@ pub fn descend(operator: &mut dyn LinearOperator, wanted: &Wanted, domain: &mut 
     if search.is_some() {
         best.ended = Ended::Reached;
     }
+    best.price = price;
     domain.take_best();
     best
 }
