@@ -13,6 +13,7 @@
 //! more is. The price is linear in the times, so that it changes no curvature, and the quasi-Newton memory stays good.
 
 use super::objective::{Price, Trial, Wanted};
+use super::price::Search;
 use super::vectors::{dot, each, pass, sum, sums};
 
 /// A linear map from times to depths. It may keep room to work in.
@@ -103,76 +104,6 @@ const MEMORY: usize = 10;
 /// See [`Stop::most_iterations`].
 const LONGER: usize = 4;
 
-/// A sought price is looked at again after so many steps. From 1 to 10 do alike on the published problem; fewer follow better.
-const PRICED_AFTER: usize = 2;
-
-/// Until a sought price is once too high it grows by this factor: a price starts so low that three or four times suffice.
-const RISE: f64 = 8.0;
-
-/// Then it follows the square root of what may be left over what is, but no faster than by this factor: the times need steps
-/// to answer.
-const FOLLOW: f64 = 2.0;
-
-/// The least time is found when a hundred steps save less than 1 % of it: on the published problem four hundred more then
-/// save 2 %. Fifty are too few: now and then as many save nothing half way.
-const SAVING: (usize, f64) = (100, 0.01);
-
-/// The same where the price is about known from a run before, which saved what was to be saved.
-const SAVING_LATER: (usize, f64) = (20, 0.002);
-
-/// A price at which no way leads down gives way to the next; at so many in a row the run is as fast as it can be.
-const MOST_STUCK: usize = 20;
-
-/// A sought price of a second, F so far, and the shortest times that leave no more than may be left.
-struct Search {
-    most: f64,
-    price: f64,
-    /// The price is about known: it was too high once, or comes from a run before.
-    known: bool,
-    /// It was too high once in this run.
-    crossed: bool,
-    /// Steps since the price was looked at.
-    steps: usize,
-    stuck: usize,
-    /// By step, from the first that left little enough: the least time so far.
-    spent: Vec<f64>,
-    /// Settled when so many steps save less than this part.
-    saving: (usize, f64),
-}
-
-impl Search {
-    /// The price after a step to `size` and `spent`.
-    fn price_after(&mut self, size: f64, spent: f64) -> f64 {
-        self.steps += 1;
-        if self.steps >= PRICED_AFTER {
-            self.change(size, spent);
-        }
-        self.price
-    }
-
-    fn change(&mut self, size: f64, spent: f64) {
-        self.steps = 0;
-        self.crossed |= size > self.most;
-        self.known |= self.crossed;
-        self.price = if self.price == 0.0 {
-            RISE * self.most / spent
-        } else if self.known {
-            self.price * (self.most / size).sqrt().clamp(1.0 / FOLLOW, FOLLOW)
-        } else {
-            self.price * RISE
-        };
-    }
-
-    /// Whether more steps would save hardly anything.
-    fn is_settled(&self) -> bool {
-        let (over, part) = self.saving;
-        let count = self.spent.len();
-        self.crossed
-            && count > over
-            && self.spent[count - 1 - over] - self.spent[count - 1] < part * self.spent[count - 1]
-    }
-}
-
 /// Descends from the domain's present times to the best that were found.
 pub fn descend(operator: &mut dyn LinearOperator, wanted: &Wanted, domain: &mut dyn Domain, stop: Stop) -> Found {
     let (unknowns, rows) = (operator.unknowns(), operator.rows());
@@ -215,23 +146,12 @@ pub fn descend(operator: &mut dyn LinearOperator, wanted: &Wanted, domain: &mut 
             && size <= most
         {
             // So little is left as may be: from here on time counts.
-            let known = first > 0.0;
-            let saving = if known { SAVING_LATER } else { SAVING };
-            search = Some(Search {
-                most,
-                price: first,
-                known,
-                crossed: false,
-                steps: 0,
-                stuck: 0,
-                spent: vec![spent],
-                saving,
-            });
+            search = Some(Search::new(most, first, spent));
             most_iterations = iteration + LONGER * stop.most_iterations;
         }
         if let Some(search) = &mut search {
             let before = price;
-            price = search.price_after(size, spent);
+            price = search.price(size, spent);
             add(&mut gradient, price - before);
         }
         if iteration == most_iterations {
@@ -249,11 +169,7 @@ pub fn descend(operator: &mut dyn LinearOperator, wanted: &Wanted, domain: &mut 
         // No feasible way down is left (or none that a time could show). The comparison is written so that it also
         // ends the loop if anything is not a number.
         if !(largest > stop.relative_step * mean && slope < 0.0) {
-            if let Some(search) = &mut search
-                && search.stuck < MOST_STUCK
-            {
-                search.stuck += 1;
-                search.steps = PRICED_AFTER;
+            if search.as_mut().is_some_and(Search::is_stuck) {
                 continue;
             }
             best.ended = Ended::NoWayDown;
@@ -303,13 +219,10 @@ pub fn descend(operator: &mut dyn LinearOperator, wanted: &Wanted, domain: &mut 
         steps.push((size, spent));
         best.iterations = iteration;
         if let Some(search) = &mut search {
-            search.stuck = 0;
-            let least = search.spent[search.spent.len() - 1];
-            if size <= search.most && spent < least {
+            if search.take(size, spent) {
                 (best.value, best.base) = (size, base);
                 domain.keep();
             }
-            search.spent.push(if size <= search.most { least.min(spent) } else { least });
             if search.is_settled() {
                 break;
             }

@@ -22,6 +22,7 @@ mod outcome;
 mod pareto;
 mod plan;
 pub mod prediction;
+mod price;
 mod quasi_newton;
 pub mod removal;
 mod ripple;

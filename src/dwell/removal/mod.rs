@@ -8,213 +8,19 @@
 //! and transpose, within a few parts in 100,000 of the definition where the pixel is at most a quarter of the spot's sigma, and
 //! the solver's only choice for large problems.
 
+mod definition;
+mod samples;
+mod spread;
+
+pub use definition::{deposit, gather};
+pub use samples::{Samples, Window, ends, parts, segments};
+pub use spread::Spread;
+
 use super::descent::LinearOperator;
 use super::footprint::Footprint;
 use super::vectors::each;
 use crate::fourier::{Convolution, good_length};
-use crate::height_map::Grid;
-use crate::path::ToolPath;
 use rayon::prelude::*;
-
-/// The pixels that depths are asked on; the geometry of a [`Grid`] without its values.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Window {
-    pub columns: usize,
-    pub rows: usize,
-    /// Metres.
-    pub pixel: [f64; 2],
-    /// Centre of pixel (0, 0), metres.
-    pub origin: [f64; 2],
-}
-
-impl Window {
-    /// Of a grid.
-    pub fn of(grid: &Grid) -> Window {
-        Window { columns: grid.columns, rows: grid.rows, pixel: grid.pixel, origin: grid.origin }
-    }
-
-    /// Number of pixels.
-    pub fn len(&self) -> usize {
-        self.columns * self.rows
-    }
-
-    /// Whether it has no pixel.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
-
-    /// Centre of pixel `i`, row-major, metres.
-    pub fn position(&self, i: usize) -> [f64; 2] {
-        let (row, column) = (i / self.columns, i % self.columns);
-        [self.origin[0] + column as f64 * self.pixel[0], self.origin[1] + row as f64 * self.pixel[1]]
-    }
-}
-
-/// Places where the time of the unknowns is spent, in equal shares of each unknown's samples.
-#[derive(Clone, Debug, Default)]
-pub struct Samples {
-    pub x: Vec<f64>,
-    pub y: Vec<f64>,
-    /// Samples of unknown `i` are `start[i] .. start[i + 1]`.
-    pub start: Vec<usize>,
-}
-
-impl Samples {
-    /// One sample an unknown.
-    pub fn points(x: &[f64], y: &[f64]) -> Samples {
-        Samples { x: x.to_vec(), y: y.to_vec(), start: (0..=x.len()).collect() }
-    }
-
-    /// The unknowns are the segments of the path, one for each point that is not the first of its line; each segment's
-    /// time is spread evenly along it, at the middles of equal parts no longer than `spacing`. For a spot of width sigma
-    /// and parts of sigma/2, the error of this midpoint rule is beyond double precision.
-    pub fn segments(path: &ToolPath, spacing: f64) -> Samples {
-        let mut samples = Samples { start: vec![0], ..Samples::default() };
-        for segment in segments(path) {
-            let ([ax, ay], [bx, by]) = ends(path, segment);
-            let dz = path.points.z[segment] - path.points.z[segment - 1];
-            let parts = parts(libm::hypot(libm::hypot(bx - ax, by - ay), dz), spacing);
-            for k in 0..parts {
-                let t = (k as f64 + 0.5) / parts as f64;
-                samples.x.push(ax + t * (bx - ax));
-                samples.y.push(ay + t * (by - ay));
-            }
-            samples.start.push(samples.x.len());
-        }
-        samples
-    }
-}
-
-/// Number of equal parts of a segment that are no longer than `spacing`.
-pub fn parts(length: f64, spacing: f64) -> usize {
-    // A segment is never cut into more than a thousand parts: that would be a spot a thousand times finer than the
-    // distance of the points, which the coverage check refuses anyway.
-    ((length / spacing).ceil() as usize).clamp(1, 1000)
-}
-
-/// The points that end a segment, in order: all but the first of each line.
-pub fn segments(path: &ToolPath) -> impl Iterator<Item = usize> + '_ {
-    path.lines.iter().flat_map(|line| line.points.clone().skip(1))
-}
-
-/// Start and end of the segment that ends at `point`, in the part's xy plane.
-pub fn ends(path: &ToolPath, point: usize) -> ([f64; 2], [f64; 2]) {
-    let points = &path.points;
-    ([points.x[point - 1], points.y[point - 1]], [points.x[point], points.y[point]])
-}
-
-/// Depth on every pixel, by definition: `z(x, y) = sum over samples of rate(x - mu, y - eta) * time / samples`, the rate that of a
-/// tool standing at (mu, eta).
-pub fn deposit(samples: &Samples, times: &[f64], footprint: &Footprint, window: &Window) -> Vec<f64> {
-    (0..window.len())
-        .into_par_iter()
-        .map(|i| {
-            let [x, y] = window.position(i);
-            let mut depth = 0.0;
-            for (j, range) in samples.start.windows(2).enumerate() {
-                let share = times[j] / (range[1] - range[0]) as f64;
-                for s in range[0]..range[1] {
-                    depth += share * footprint.rate_from([samples.x[s], samples.y[s]], [x, y]);
-                }
-            }
-            depth
-        })
-        .collect()
-}
-
-/// The transpose of [`deposit`].
-pub fn gather(samples: &Samples, depths: &[f64], footprint: &Footprint, window: &Window) -> Vec<f64> {
-    (0..samples.start.len() - 1)
-        .into_par_iter()
-        .map(|j| {
-            let range = samples.start[j]..samples.start[j + 1];
-            let share = 1.0 / range.len() as f64;
-            let mut sum = 0.0;
-            for s in range {
-                for (i, depth) in depths.iter().enumerate() {
-                    let [x, y] = window.position(i);
-                    sum += share * depth * footprint.rate_from([samples.x[s], samples.y[s]], [x, y]);
-                }
-            }
-            sum
-        })
-        .collect()
-}
-
-/// How a sample is spread over the pixels around it: the influence function between pixels is then a spline of that degree
-/// through its values on pixels.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Spread {
-    /// Over four pixels. Between pixels, of width h, a Gaussian comes out up to h²/8sigma² of its peak too low.
-    Linear,
-    /// Over sixteen. There it is within h⁴/128sigma⁴, 3e-5 of the peak at h = sigma/4.
-    Cubic,
-}
-
-impl Spread {
-    /// Pixels along each axis.
-    fn width(self) -> usize {
-        match self {
-            Spread::Linear => 2,
-            Spread::Cubic => 4,
-        }
-    }
-
-    /// Weights of these pixels for a place the part `f` of a pixel past the middle of the second but last half of them.
-    fn weights(self, f: f64) -> [f64; 4] {
-        let g = 1.0 - f;
-        match self {
-            Spread::Linear => [g, f, 0.0, 0.0],
-            Spread::Cubic => {
-                let (ff, gg) = (f * f, g * g);
-                let (near_f, near_g) = (4.0 - 6.0 * ff + 3.0 * ff * f, 4.0 - 6.0 * gg + 3.0 * gg * g);
-                [gg * g / 6.0, near_f / 6.0, near_g / 6.0, ff * f / 6.0]
-            }
-        }
-    }
-
-    /// Turns values on pixels, cyclic along one axis, into the coefficients of the spline through them. The axis has entries
-    /// of `width` numbers. (M. Unser, A. Aldroubi, M. Eden, "B-spline signal processing", IEEE Trans. Signal Process. 41, 1993:
-    /// the inverse of (1, 4, 1)/6 as one recursion forward and one backward.)
-    fn coefficients(self, values: &mut [f64], width: usize) {
-        if self == Spread::Linear {
-            return;
-        }
-        // The root of z² + 4 z + 1 inside the unit circle. Its 30th power is beneath double precision.
-        let pole = 3.0f64.sqrt() - 2.0;
-        const REACH: usize = 30;
-        let count = values.len() / width;
-        let entry = |k: usize| k % count * width;
-        let mut carried = vec![0.0; width];
-        let mut power = 1.0;
-        for k in 0..REACH {
-            for (c, v) in carried.iter_mut().zip(&values[entry(count * REACH - 1 - k)..]) {
-                *c += power * v;
-            }
-            power *= pole;
-        }
-        for entry in values.chunks_exact_mut(width) {
-            for (c, v) in carried.iter_mut().zip(entry) {
-                *c = *v + pole * *c;
-                *v = *c;
-            }
-        }
-        carried.fill(0.0);
-        power = -pole;
-        for k in 0..REACH {
-            for (c, v) in carried.iter_mut().zip(&values[entry(k)..]) {
-                *c += power * v;
-            }
-            power *= pole;
-        }
-        for entry in values.chunks_exact_mut(width).rev() {
-            for (c, v) in carried.iter_mut().zip(entry) {
-                *c = pole * (*c - *v);
-                *v = 6.0 * *c;
-            }
-        }
-    }
-}
 
 /// Spreading and convolution, on a window padded so that nothing wraps round into it.
 pub struct Removal {
@@ -495,7 +301,7 @@ impl LinearOperator for Removal {
 mod tests {
     use super::super::footprint::examples::{gaussian, two_parts};
     use super::*;
-    use crate::path::{Line, Link};
+    use crate::path::{Line, Link, ToolPath};
     use proptest::prelude::*;
 
     const SIGMA: f64 = 2e-3;
