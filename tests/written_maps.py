@@ -1,6 +1,6 @@
 """Reads maps that polishc wrote with libraries that we did not write, and compares them pixel by pixel.
 
-    pip install prysm==0.21.1 surfalize==0.19.2 numpy
+    pip install prysm==0.21.1 surfalize==0.19.2 h5py numpy
     cargo build --example convert
     python tests/written_maps.py target/debug/examples/convert
 
